@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 ALREADY_YOURS = "already-yours"
 OFFLINE_S = 10.0
 AtError = Literal["rtl", "land", "hold"]
+Measure = Literal["muted", "limited", "quarantined"]
+"""Against a drone that sends too much; each includes the milder ones."""
 
 
 class Drone:
@@ -72,6 +74,22 @@ class Drone:
     async def request(self, method: str, path: str, body: Any = None) -> Any:
         """Sends any request of the REST API about this drone; `path` follows `/drones/{id}`."""
         return await self._connection.request(method, self._path + path, body)
+
+    async def effects(self) -> dict[Measure, str]:
+        """What muting, limiting or quarantining this drone would do to its flight now, in words. For an admin of the
+        tower or of its team, else Refused."""
+        answer = await self._connection.request("GET", f"{self._path}/restraint")
+        return {one["measure"]: one["effect"] for one in answer["measures"]}
+
+    async def restrain(self, measure: Measure, reason: str = "", *, confirmed: bool = False) -> None:
+        """Mutes, limits or quarantines it because it sends too much, until `unrestrain`. `effects` says what that does.
+        A quarantine cuts its link: in the air it raises Refused (`loses-its-link`) unless `confirmed`."""
+        body = {"measure": measure, "reason": reason, "confirmed": confirmed}
+        await self._connection.request("PUT", f"{self._path}/restraint", body)
+
+    async def unrestrain(self) -> None:
+        """Lifts what an admin did. Harmless if nobody did."""
+        await self._connection.request("DELETE", f"{self._path}/restraint")
 
     @contextlib.asynccontextmanager
     async def video(

@@ -21,7 +21,7 @@ from typing import Any, Final, Self, TypeVar
 from control_tower import drone as asynchronous
 from control_tower import flight as flights
 from control_tower import tower as towers
-from control_tower.drone import AtError
+from control_tower.drone import AtError, Measure
 from control_tower.errors import ControlLost, TowerError
 from control_tower.events import Event
 from control_tower.streams import Closed, Stream
@@ -141,6 +141,15 @@ class Drone:
 
     def mission(self, *, fresh: bool = False) -> list[Any]:
         return self._loop.wait(self._drone.mission(fresh=fresh))
+
+    def effects(self) -> dict[Measure, str]:
+        return self._loop.wait(self._drone.effects())
+
+    def restrain(self, measure: Measure, reason: str = "", *, confirmed: bool = False) -> None:
+        self._loop.wait(self._drone.restrain(measure, reason, confirmed=confirmed))
+
+    def unrestrain(self) -> None:
+        self._loop.wait(self._drone.unrestrain())
 
     def request(self, method: str, path: str, body: Any = None) -> Any:
         return self._loop.wait(self._drone.request(method, path, body))

@@ -35,6 +35,8 @@ class DroneState:
     offered: bool
     hold_open: bool
     hold_words: str
+    restraint: str = ""
+    """`muted`, `limited` or `quarantined`, because it sends too much; empty: it is none of these."""
 
     @classmethod
     def of(cls, fields: Mapping[str, Any]) -> DroneState:
@@ -51,6 +53,7 @@ class DroneState:
             offered=bool(fields.get("offered")),
             hold_open=bool(hold.get("open")),
             hold_words=hold.get("detail") or hold.get("waiting_for") or "",
+            restraint=(fields.get("restraint") or {}).get("measure", ""),
         )
 
 

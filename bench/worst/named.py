@@ -36,6 +36,7 @@ PATHS: Final[dict[str, str]] = {
     "import_id": "0" * 16,
     "version": "1.0.0",
     "format_name": "csv",
+    "share_name": "long-work",
     "zoom": "1",
     "x": "0",
     "y": "0",

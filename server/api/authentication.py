@@ -20,6 +20,7 @@ from server.domain.access import AccessRequest, Action, BadToken, NotSignedIn, S
 from server.domain.clock import Clock
 from server.domain.people import Principal
 from server.domain.refusal import Refusal
+from server.domain.shares import ShareName, Shares
 from server.store.accounts.sessions import Sessions
 from server.store.accounts.tokens import ApiTokens
 from server.store.database import Database, DatabaseUnavailable
@@ -48,7 +49,9 @@ class Authenticator:
         database: Database,
         remembered: RememberedSignIns,
         revision: Callable[[], int],
+        shares: Shares,
     ) -> None:
+        self._shares = shares
         self._sessions = sessions
         self._api_tokens = api_tokens
         self._clock = clock
@@ -75,6 +78,7 @@ class Authenticator:
             return SessionExpired() if token_in(connection.headers) is None else BadToken()
         admitted(connection)
         write_as(found.user_id)
+        self._shares.note(ShareName.REQUESTS, found.user_id)
         return found
 
     def remembered(self, connection: HTTPConnection) -> Principal | None:

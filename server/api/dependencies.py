@@ -22,6 +22,7 @@ from server.api.http.peer_address import address_of
 from server.api.relay.agent_sign_in import SignInRules
 from server.api.relay.data_endpoint import DataEndpoint
 from server.domain.clock import Clock
+from server.live.alerts.announcer import Announcer
 from server.live.anonymous.budget import AnonymousBudget
 from server.live.hub import Hub
 from server.runtime.agent_packages import AgentPackages
@@ -85,6 +86,7 @@ class Parts:
     passkey_sign_in: PasskeySignInService
     hub: Hub
     alert_writer: AlertWriter
+    announcer: Announcer
     alert_deliverer: AlertDeliverer
     roster: Roster
     control: ControlService
@@ -179,6 +181,7 @@ SignInDep = Annotated[SignInService, _part(lambda parts: parts.sign_in)]
 PasskeySignInDep = Annotated[PasskeySignInService, _part(lambda parts: parts.passkey_sign_in)]
 HubDep = Annotated[Hub, _part(lambda parts: parts.hub)]
 AlertDelivererDep = Annotated[AlertDeliverer, _part(lambda parts: parts.alert_deliverer)]
+AnnouncerDep = Annotated[Announcer, _part(lambda parts: parts.announcer)]
 AlertWriterDep = Annotated[AlertWriter, _part(lambda parts: parts.alert_writer)]
 RosterDep = Annotated[Roster, _part(lambda parts: parts.roster)]
 ControlDep = Annotated[ControlService, _part(lambda parts: parts.control)]

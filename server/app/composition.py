@@ -45,6 +45,7 @@ from server.app.telemetry_parts import new_tracing, trace_requests
 from server.app.tower import Tower, TowerApp
 from server.app.tower_watch import TowerWatch
 from server.domain.clock import Clock, utc_now
+from server.domain.shares import ShareName
 from server.live.accounts.challenges import Challenges
 from server.live.accounts.throttle import SignInThrottle
 from server.live.anonymous.budget import AnonymousBudget, Over
@@ -166,6 +167,7 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
     )
     api_tokens = ApiTokens(database, admins_need_second_factor=settings.admins_need_second_factor)
     hub = new_hub(settings, clock)
+    database.on_write = partial(hub.state.shares.note, ShareName.WRITES)
     loss_checks = LossChecks(hub=hub, database=database, clock=clock)
     rehearsals = Rehearsals(hub=hub, database=database, clock=clock)
     roster = Roster(database, hub, clock)
@@ -197,11 +199,11 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
     audit_writer = OperationAuditWriter(database, clock)
     hub.operations.on_began, hub.operations.on_ended = audit_writer.began, audit_writer.ended
     hub.observed.on_settled = audit_writer.observed
-    alert_writer = AlertWriter(database, clock)
+    alert_writer = AlertWriter(database, clock, hub.state.shares)
     hub.alerts.listeners.append(alert_writer.changed)
     announcer, alert_deliverer = new_alert_deliverer(settings, hub, database, vault, clock)
     maps = new_map_parts(settings, database)
-    side_thread = SideThread("side")
+    side_thread = SideThread("side", hub.state.shares)
     return Tower(
         settings=settings,
         clock=clock,
@@ -219,6 +221,7 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
             database=database,
             remembered=RememberedSignIns(hub.fleet.is_current),
             revision=lambda: hub.fleet.revision,
+            shares=hub.state.shares,
         ),
         sign_in=SignInService(database, passwords, sessions, throttle, vault),
         passkey_sign_in=PasskeySignInService(database, sessions, Challenges()),
@@ -248,7 +251,7 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         log_receiver=LogReceiver(flight_log_quota, lambda: file_accounts(hub)),
         recordings=recordings,
         flights=flights,
-        flight_imports=new_flight_imports(settings, clock),
+        flight_imports=new_flight_imports(settings, clock, hub.state.shares),
         flight_videos=FlightVideos(settings.files / "flight-videos"),
         retention=retention,
         map_folder=maps.folder,

@@ -25,7 +25,7 @@ from server.api.audit import routes as audit_routes
 from server.api.control import receiver_routes, safety_routes, settings_routes, signing_routes
 from server.api.control import routes as control_routes
 from server.api.controllers import routes as controller_routes
-from server.api.fleet import enrolment_routes, loan_routes
+from server.api.fleet import enrolment_routes, loan_routes, restraint_routes
 from server.api.fleet import routes as fleet_routes
 from server.api.flight_commands import routes as command_routes
 from server.api.flight_logs import routes as log_routes
@@ -47,7 +47,7 @@ from server.api.preflight import routes as preflight_routes
 from server.api.recordings import routes as recording_routes
 from server.api.relay import routes as relay_routes
 from server.api.system import routes as system_routes
-from server.api.system import tower_routes
+from server.api.system import share_routes, tower_routes
 from server.api.teams import routes as team_routes
 from server.api.tiles import admin_routes as map_admin_routes
 from server.api.tiles import elevation_routes, tile_routes
@@ -64,6 +64,7 @@ ROUTERS: Final[tuple[APIRouter, ...]] = (
     fleet_routes.router,
     enrolment_routes.router,
     loan_routes.router,
+    restraint_routes.router,
     agent_update_routes.router,
     team_routes.router,
     control_routes.router,
@@ -102,6 +103,7 @@ ROUTERS: Final[tuple[APIRouter, ...]] = (
     user_routes.router,
     audit_routes.router,
     system_routes.router,
+    share_routes.router,
     tower_routes.router,
     health.router,
     metrics_routes.router,

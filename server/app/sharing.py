@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from fastapi import FastAPI
@@ -9,6 +10,8 @@ from prometheus_client import CollectorRegistry
 
 from server.api.authentication import Authenticator
 from server.domain.clock import Clock
+from server.domain.fleet import SignInRecord
+from server.domain.people import SignInId
 from server.live.hub import Hub
 from server.live.towers.messages import BUS_VERSION
 from server.runtime.settings import Settings
@@ -18,6 +21,7 @@ from server.store.control.lease_store import DatabaseLeaseStore
 from server.store.control.loss_checks import LossChecks
 from server.store.control.service import ControlService
 from server.store.database import Database
+from server.store.fleet.snapshot import sessions_after, sessions_among
 from server.store.tower_lock import TowerLock
 from server.store.towers.membership import TowerMembership
 
@@ -54,6 +58,16 @@ def share_bus(
     from server.store.towers.drone_homes import DroneHomes
 
     several = SeveralTowers(settings.bus_url, lock, hub, keys=vault.raw_keys, authority=settings.bus_authority)
+
+    async def read_sessions(session_ids: Sequence[int]) -> Mapping[SignInId, SignInRecord]:
+        async with database.reading() as session:
+            return await sessions_among(session, session_ids)
+
+    async def read_newer_sessions(after: int) -> Mapping[SignInId, SignInRecord]:
+        async with database.reading() as session:
+            return await sessions_after(session, after)
+
+    several.read_sessions, several.read_newer_sessions = read_sessions, read_newer_sessions
     homes = DroneHomes(database, clock, lock.tower)
     leases.refuse_elsewhere = homes.refuse_elsewhere
     several.claims = Claims(

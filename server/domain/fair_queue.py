@@ -14,10 +14,10 @@ T = TypeVar("T")
 
 
 class FairQueue(Generic[K, T]):
-    """`share`: how much of one may wait."""
+    """`share`: how much of one may wait; it may change, and counts for what comes."""
 
     def __init__(self, share: int) -> None:
-        self._share = share
+        self.share = share
         self._waiting: OrderedDict[K, deque[T]] = OrderedDict()
         """Whose turn was longest ago comes first."""
         self._count = 0
@@ -30,10 +30,14 @@ class FairQueue(Generic[K, T]):
         """How much of this one waits."""
         return len(self._waiting.get(whose, ()))
 
+    def all_waiting(self) -> dict[K, int]:
+        """How much waits of each."""
+        return {whose: len(queue) for whose, queue in self._waiting.items()}
+
     def put(self, whose: K, item: T) -> None:
         """Where the share is full, the oldest of the same one is dropped."""
         queue = self._waiting.setdefault(whose, deque())
-        if len(queue) >= self._share:
+        while len(queue) >= self.share:
             queue.popleft()
             self._count -= 1
             self.dropped += 1

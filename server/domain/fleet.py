@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import datetime
 from functools import cached_property
 
-from server.domain.people import Role, UserRef
+from server.domain.people import Role, SignInId, UserRef
 from server.domain.relations import TeamRole, Ties
+from server.domain.restraint import Restraint
+from server.domain.scopes import ALL_SCOPES, Scope
 from wire.ids import DroneId, Epoch, UserId
 
 
@@ -18,6 +20,14 @@ class UserRecord:
     role: Role
     disabled: bool
     must_change_password: bool = False
+
+
+@dataclass(frozen=True)
+class SignInRecord:
+    """Whose session or API token it is, and what it may be used for."""
+
+    user_id: UserId
+    scopes: frozenset[Scope] = ALL_SCOPES
 
 
 @dataclass(frozen=True)
@@ -66,6 +76,8 @@ class DroneRecord:
     """The 32 bytes of the drone's Ed25519 key. Empty: no key."""
     key_since: datetime | None = None
     team: TeamRecord | None = None
+    restraint: Restraint | None = None
+    """What admins do because it sends too much."""
 
     @property
     def identity(self) -> tuple[str, bytes]:
@@ -88,7 +100,8 @@ class FleetSnapshot:
     drones: tuple[DroneRecord, ...]
     """Sorted by id."""
     users: Mapping[UserId, UserRecord]
-    token_ids: frozenset[int] = frozenset()
-    """The API tokens that are not revoked."""
-    session_ids: frozenset[int] = frozenset()
-    """The sessions that have not ended. A new session does not change the fleet: newer ones may be missing."""
+    sign_ins: Mapping[SignInId, SignInRecord] = field(default_factory=dict)
+    """The API tokens that are not revoked, and the sessions that have not ended. A new session does not change the
+    fleet: newer ones may be missing."""
+    share_limits: Mapping[str, int] = field(default_factory=dict)
+    """Limits of shares that an admin has chosen, by name."""

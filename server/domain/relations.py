@@ -63,6 +63,8 @@ class Right(StrEnum):
     """Change its own lines of the preflight checklist."""
     MAINTAIN = "maintain"
     """Say what maintenance the drone needs, and that it was done. Whoever may read its flights sees what is due."""
+    RESTRAIN = "restrain"
+    """Mute, limit or quarantine it."""
     CANCEL = "cancel"
     """Cancel another user's operation. The user with the controls and the turn may do so as well."""
 
@@ -78,6 +80,7 @@ RIGHTS: Final[Mapping[Right, frozenset[Relation]]] = {
     Right.TAKE: _ADMINS,
     Right.ERASE: _ADMINS | {Relation.OWNER},
     Right.LEND: _ADMINS,
+    Right.RESTRAIN: _ADMINS,
     Right.RECORD: _TOWER_ADMINS,
     Right.REHEARSE: _TOWER_ADMINS,
     Right.CHECKLIST: _ADMINS | {Relation.OWNER},

@@ -18,3 +18,9 @@ class Scope(StrEnum):
 
 
 ALL_SCOPES: Final = frozenset(Scope)
+
+
+def scopes_in(text: str) -> frozenset[Scope]:
+    """Reads names with spaces between, as the database has them. Ignores those that this version does not know."""
+    names = text.split()
+    return frozenset(scope for scope in Scope if scope.value in names)

@@ -25,6 +25,7 @@ from server.live.aircraft.service import AircraftService
 from server.live.alerts.service import AlertService
 from server.live.flights.black_box import BlackBoxFetcher
 from server.live.flights.recorder import FlightRecorder
+from server.live.hub_events import NoiseJudged
 from server.live.operations.follow_feed import FollowFeed
 from server.live.operations.observed_commands import ObservedCommands
 from server.live.operations.person import Fix
@@ -90,7 +91,7 @@ class Hub:
         the one who acts on what the hub notices."""
         self.squads = Squads(state)
         """What a user sees. For routes and channels."""
-        self.flood = FloodGate(flood_limits or FloodLimits())
+        self.flood = FloodGate(flood_limits or FloodLimits(), state.shares)
         """Who may ask for one more operation or recording now. For routes."""
         self.operations = OperationService(state, clock)
         """Work at drones. For routes of commands, plans, parameters, logs."""
@@ -318,7 +319,7 @@ class Hub:
             self._urgent(link, received.urgent, now)
 
     def _urgent(self, link: AgentLink, text: bytes, now: float) -> None:
-        if not self.flood.admits_report(link.drone_id, now):
+        if not self._admits_report(link, now):
             raise Dropped(DropReason.FLOOD)
         try:
             message = decode_to_tower(text)
@@ -336,9 +337,23 @@ class Hub:
 
     def admits_report(self, link: AgentLink, now: float) -> bool:
         """Whether a message of this agent's control channel is looked at. If not, it is counted."""
-        heard = self.flood.admits_report(link.drone_id, now)
+        heard = self._admits_report(link, now)
         self.state.drops[DropReason.FLOOD] += not heard
         return heard
+
+    def _admits_report(self, link: AgentLink, now: float) -> bool:
+        drone = self.state.drones.get(link.drone_id)
+        if drone is None:
+            return False
+        drone.noise.reports += 1
+        return self.flood.admits_report(link.drone_id, now, limited=drone.is_limited)
+
+    def _judge_noise(self, now: float) -> None:
+        at = self.state.clock()
+        for drone in self.state.drones.values():
+            if drone.noise.look(now, at):
+                self.state.publish_drone(drone)
+                self.state.on_event(NoiseJudged(drone.drone_id, drone.noise.measures, drone.noise.words))
 
     # -- several towers --------------------------------------------------------------------------------------
 
@@ -394,5 +409,7 @@ class Hub:
     def each_second(self, now: float) -> None:
         """Once a second: whose map shows which drones, and how the link of every drone is that is online."""
         self.audience.check_map_viewers()
+        self._judge_noise(now)
+        self.state.shares.tick(now)
         self.flood.forget_idle(self.state.drones, now)
         self.state.publish_links(self.state.drones.values(), now)

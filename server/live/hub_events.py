@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Final, Literal
 
+from server.domain.restraint import Measure
 from wire.control_messages import HoldProgress, LossParameters
 from wire.ids import DroneId, UserId
 
@@ -158,10 +159,21 @@ class MotorsStopped:
     where: str
 
 
+@dataclass(frozen=True)
+class NoiseJudged:
+    """A drone sends more than its share, or no longer: what the tower does about that by itself; empty: nothing more.
+    `words`: what it sends."""
+
+    drone_id: DroneId
+    measures: frozenset[Measure]
+    words: str
+
+
 HubEvent = (
     LoanLimitPassed
     | StickGestureHeldBack
     | MotorsStopped
+    | NoiseJudged
     | ZoneReached
     | AgentLinked
     | HolderGone

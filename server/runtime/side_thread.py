@@ -12,9 +12,8 @@ from typing import Any, Final, TypeVar
 
 from server.domain.fair_queue import FairQueue
 from server.domain.refusal import RetryLater
+from server.domain.shares import ShareName, Shares
 
-PER_PERSON: Final = 4
-"""Pieces of work of one person that wait. A page asks for two or three at once."""
 MAX_WAITING: Final = 64
 RETRY_AFTER_S: Final = 2.0
 TOWERS_OWN: Final = 0
@@ -34,7 +33,8 @@ class TooMuchWork(RetryLater):
 class SideThread:
     """`name`: of the thread, for whoever looks at the process."""
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, shares: Shares | None = None) -> None:
+        self._shares = shares or Shares()
         self._thread = ThreadPoolExecutor(1, thread_name_prefix=name)
         self._waiting: FairQueue[int, tuple[Callable[[], Any], asyncio.Future[Any]]] = FairQueue(share=MAX_WAITING)
         """By person."""
@@ -44,7 +44,7 @@ class SideThread:
         """The answer of `work`, or what it raises. Raises TooMuchWork. Who no longer waits for it loses the turn,
         unless the work has begun."""
         if user_id != TOWERS_OWN:
-            if self._waiting.waiting(user_id) >= PER_PERSON:
+            if self._waiting.waiting(user_id) >= self._shares.limit(ShareName.WORK):
                 raise TooMuchWork(yours=True)
             if len(self._waiting) >= MAX_WAITING:
                 raise TooMuchWork(yours=False)
@@ -52,6 +52,10 @@ class SideThread:
         self._waiting.put(user_id, (work, answer))
         self._next()
         return await answer
+
+    def waiting(self) -> dict[int, int]:
+        """How much waits of each person."""
+        return self._waiting.all_waiting()
 
     def _next(self) -> None:
         while not self._is_working and self._waiting:

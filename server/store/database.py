@@ -31,7 +31,7 @@ from server.runtime.private_files import make_private_file
 from server.store.database_wait import DatabaseWait, EndingTasks, current_wait, giving_up_after, left_s, waiting_at_most
 from server.store.repeated_statement import RepeatedStatement
 from server.store.sqlite_driver import use_one_trip
-from server.store.writer_turns import WriterTurns
+from server.store.writer_turns import WriterTurns, writing_person
 
 TIMEOUT_S: Final = 2.0
 """Maximum time for the database to respond, to be reached, or to be free for a writer."""
@@ -148,6 +148,8 @@ class Database:
         self.answers = AnswerTimes()
         self.guard: Callable[[AsyncSession], Awaitable[None]] | None = None
         """Called at the beginning of each writing transaction; raises if this process may not write."""
+        self.on_write: Callable[[int], None] = lambda person: None
+        """Called with whose transaction it is, before each writing one; 0: the tower's own."""
         self._timeout_s = timeout_s
         self._ending = EndingTasks()
         self._repeated: list[RepeatedStatement] = []
@@ -174,6 +176,7 @@ class Database:
     async def writing(self, *, first: bool = False) -> AsyncIterator[AsyncSession]:
         """`first`: a change of who flies a drone, which waits for nothing else. Raises DatabaseUnavailable, and
         LockLost from the guard."""
+        self.on_write(writing_person())
         # The turn comes first: a waiting writer has no connection yet, and keeps no reader from one.
         async with self._in_time(wrote=True), self._turn(first=first), self._writing() as session, session.begin():
             if self.guard is not None:

@@ -25,6 +25,11 @@ def write_as(user_id: int) -> None:
     _person.set(user_id)
 
 
+def writing_person() -> int:
+    """Who writes in this task; 0: the tower itself."""
+    return _person.get()
+
+
 class WriterTurns:
     """One for a database."""
 

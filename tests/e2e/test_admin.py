@@ -206,3 +206,17 @@ def test_an_operator_has_no_way_into_the_administration(somebody_early: Somebody
     expect(alice.part("open-admin")).to_have_count(0)
     alice.open("/#/admin/users")
     expect(alice.page.get_by_text("This page is for admins only.")).to_be_visible()
+
+
+def test_an_admin_changes_a_share(somebody_early: Somebody) -> None:
+    admin = signed_in(somebody_early, "admin")
+    admin.open("/#/admin/system")
+    zones = admin.part("share-zones")
+    expect(zones).to_contain_text("50 for each team")
+    expect(admin.part("share-requests")).to_contain_text("admin")
+    expect(admin.part("share-limit-requests")).to_have_count(0)
+    admin.part("share-limit-zones").fill("20")
+    admin.part("share-change-zones").click()
+    expect(zones).to_contain_text("20 for each team")
+    admin.part("share-change-zones").click()
+    expect(zones).to_contain_text("50 for each team")

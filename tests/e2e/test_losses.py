@@ -107,3 +107,30 @@ def test_a_rehearsal_shows_the_measured_time_to_the_hold(somebody: Somebody) -> 
     expect(alice.part("rehearsal")).to_have_attribute("data-phase", "ended")
     expect(alice.part("rehearsal")).to_contain_text("ms")
     expect(alice.part("blocked-reason")).to_contain_text("You fly Kestrel")
+
+
+def test_a_drone_that_sends_too_much_is_limited_and_quarantined(somebody: Somebody) -> None:
+    admin = signed_in(somebody, "admin", "Kestrel")
+    admin.wait("the autopilot", lambda: admin.word("mode") != "")
+    admin.part("open-restrain").click()
+    dialog = admin.page.get_by_role("dialog")
+    expect(dialog).to_contain_text("Texts of Kestrel, and its alerts that are not critical")
+    admin.part("restrain-limited").check()
+    admin.part("restrain-reason").fill("floods")
+    expect(admin.part("restrain-take")).to_have_text("Limit Kestrel")
+    admin.part("restrain-take").click()
+    expect(admin.part("restraint")).to_have_text("The telemetry of Kestrel is limited. By admin: floods")
+
+    admin.part("open-restrain").click()
+    admin.part("restrain-quarantined").check()
+    expect(admin.part("restrain-confirm")).to_have_count(0)
+    admin.part("restrain-take").click()
+    expect(admin.part("drone-state")).to_have_attribute("data-value", "lost")
+    admin.part("open-restrain").click()
+    admin.part("restraint-lift").click()
+    expect(admin.part("restraint")).to_have_count(0)
+    admin.wait("the autopilot again", lambda: admin.word("mode") != "")
+
+    alice = signed_in(somebody, "alice", "Kestrel")
+    expect(alice.part("open-settings")).to_be_visible()
+    expect(alice.part("open-restrain")).to_have_count(0)

@@ -24,6 +24,8 @@ BODIES: Final[dict[str, dict[str, object]]] = {
     "set_team_member": {"role": "observer"},
     "invite_to_team": {"name": "x", "role": "observer"},
     "lend_drone": {"until": "2020-01-01T00:00:00Z"},
+    "change_share": {"limit": None},
+    "restrain_drone": {"measure": "muted"},
     "put_plan": {"items": []},
     "verify_plan": {"items": []},
     "foresee_plan": {"items": []},
@@ -57,5 +59,5 @@ def path_of(route: APIRoute, drone_id: int) -> str:
     path = route.path.replace("{drone_id}", str(drone_id)).replace("{name}", "units")
     path = path.replace("{kind:plan_kind}", "mission").replace("{format_name}", "csv").replace("{kind}", "unknown")
     path = path.replace("{zoom}/{x}/{y}", "1/0/0")
-    path = path.replace("{import_id}", "0" * 16)
+    path = path.replace("{share_name}", "long-work").replace("{import_id}", "0" * 16)
     return re.sub(r"\{\w+_id\}", "9999", path)

@@ -10,6 +10,7 @@ import pytest
 from sqlalchemy import event, select
 from tower_world import copy_empty_database
 
+from server.domain.shares import ShareName, Shares
 from server.live.alerts.alert import Alert
 from server.live.alerts.announcer import Announcement, Happening
 from server.live.alerts.rules import BY_NAME
@@ -19,7 +20,6 @@ from server.live.flights.recorder import FlightHead
 from server.store.accounts.tables import UserRow
 from server.store.alert_channels import outbox
 from server.store.alert_channels.tables import AlertChannelRow
-from server.store.alerts import writer as alert_writer
 from server.store.alerts.tables import AlertRow
 from server.store.alerts.writer import AlertWriter
 from server.store.audit.action import AuditAction
@@ -170,9 +170,10 @@ async def test_new_alerts_and_known_ones_are_stored_together(store: Store) -> No
     assert [row.closed_at is not None for row in rows] == [True] * 10 + [False] * 30
 
 
-async def test_alerts_that_find_no_room_are_counted(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(alert_writer, "OF_A_DRONE", 5)
-    alerts = AlertWriter(store.database, lambda: NOW)
+async def test_alerts_that_find_no_room_are_counted(store: Store) -> None:
+    shares = Shares()
+    shares.apply({ShareName.ALERTS: 5})
+    alerts = AlertWriter(store.database, lambda: NOW, shares)
     for number in range(1, 8):
         alerts.changed(alert(number))
     alerts.changed(alert(5))
@@ -185,10 +186,7 @@ async def test_alerts_that_find_no_room_are_counted(store: Store, monkeypatch: p
     await alerts._write_all()
 
 
-async def test_what_waits_about_one_drone_leaves_room_for_the_others(
-    store: Store, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(outbox, "OF_A_DRONE", 5)
+async def test_what_waits_about_one_drone_leaves_room_for_the_others(store: Store) -> None:
     async with store.database.writing() as session:
         someone = UserRow(name="ada", name_key="ada", password_hash="", role="admin", created_at=NOW)
         session.add(someone)
@@ -206,7 +204,7 @@ async def test_what_waits_about_one_drone_leaves_room_for_the_others(
         await alerts._write_all()
         said = [(Announcement(Happening.OPENED, one, "Kestrel"), {"id": one.id}) for one in known]
         async with store.database.writing() as session:
-            return await outbox.put(session, said, knows=lambda *_: True, owns=lambda *_: True, now=NOW)
+            return await outbox.put(session, said, knows=lambda *_: True, owns=lambda *_: True, now=NOW, of_a_drone=5)
 
     assert await announced(range(1, 9), 1) == 3
     assert await announced(range(9, 12), 1) == 3

@@ -10,6 +10,7 @@ from control_world import live
 from flying_scene import Scene
 from tower_world import assert_problem, start_tower
 
+from server.domain.shares import ShareName
 from server.live.relay import flood_gate
 from wire.dialect import mavlink
 from wire.ids import DroneId
@@ -141,8 +142,8 @@ async def test_what_this_vehicle_cannot_do_is_refused_in_words(scene: CommandSce
 async def test_too_much_in_too_short_a_time_is_turned_down_and_a_hold_is_not(
     scene: CommandScene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(flood_gate, "OPERATIONS_PER_S", 1e-6)
-    monkeypatch.setattr(flood_gate, "OPERATIONS_BURST", 2)
+    monkeypatch.setattr(flood_gate, "OPERATIONS_REFILLED_IN_S", 1e9)
+    scene.world.tower.hub.state.shares.apply({ShareName.OPERATIONS: 2})
     for _ in range(2):
         assert (await scene.order(command="speed", m_s=5)).json()["state"] == "done"
     assert_problem(await scene.order(command="speed", m_s=5), 429, "too-many-operations")

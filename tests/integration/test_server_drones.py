@@ -78,6 +78,7 @@ async def test_a_new_drone_has_no_identity_until_an_agent_is_enrolled(world: Tow
         "identity": {"kind": "none", "fingerprint": None, "since": None},
         "parameters": {"hash": None, "count": 0, "total": 0},
         "suspicious_motion": None,
+        "restraint": None,
         "relation": "admin",
         "team": None,
     }

@@ -12,8 +12,8 @@ from worlds.flight_files import telemetry_log
 from worlds.foreign_logs import BEGAN_S, dataflash_log, ulog_log
 
 from server.domain.people import Role
+from server.domain.shares import ShareName
 from server.live.flight_imports.converted import Converted
-from server.store.flight_imports import service
 from server.store.flight_imports.converting import run_converter
 
 PATH: Final = "/api/v1/flight-imports"
@@ -101,14 +101,15 @@ async def test_bad_files_are_refused_with_words_and_leave_nothing(world: TowerWo
     assert (await sent(alice, dataflash_log(5))).status_code == 201
 
 
-async def test_each_person_has_room_of_their_own(world: TowerWorld, monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_each_person_has_room_of_their_own(world: TowerWorld) -> None:
     alice = await world.signed_in(await world.add_user("alice"))
-    monkeypatch.setattr(service, "MAX_IMPORTS", 1)
+    shares = world.tower.hub.state.shares
+    shares.apply({ShareName.IMPORTS: 1})
     assert (await sent(alice, dataflash_log(5))).status_code == 201
     assert_problem(await sent(alice, dataflash_log(5)), 409, "imports-full")
     bob = await world.signed_in(await world.add_user("bob"))
     assert (await sent(bob, ulog_log(5))).status_code == 201
-    monkeypatch.setattr(service, "MAX_IMPORTS", 50)
+    shares.apply({})
     world.tower.flight_imports._budget_bytes = 20_000
     answer = await sent(alice, telemetry_log(BEGAN_S, 20.0, 10))
     assert_problem(answer, 409, "imports-full")

@@ -15,6 +15,7 @@ from sqlalchemy import event, insert
 from tower_world import assert_problem, start_tower
 from worlds.camera_units import units
 
+from server.domain.shares import ShareName
 from server.live.relay import flood_gate
 from server.store import file_budget
 from server.store.recordings import service
@@ -66,10 +67,9 @@ async def test_no_more_than_so_many_at_a_time(scene: RecordingScene, monkeypatch
 
 
 async def test_who_begins_without_end_has_to_wait(scene: RecordingScene, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(flood_gate, "RECORDINGS_BURST", 2)
     monkeypatch.setattr(flood_gate, "RECORDINGS_PER_S", 1e-6)
-    monkeypatch.setattr(flood_gate, "OPERATIONS_BURST", 3)
-    monkeypatch.setattr(flood_gate, "OPERATIONS_PER_S", 1e-6)
+    monkeypatch.setattr(flood_gate, "OPERATIONS_REFILLED_IN_S", 1e9)
+    scene.world.tower.hub.state.shares.apply({ShareName.RECORDINGS: 2, ShareName.OPERATIONS: 3})
     for _ in range(2):
         await scene.stop((await scene.record())["id"])
     path = f"{scene.path}/recordings"

@@ -83,8 +83,8 @@ async def test_a_team_draws_its_own_zones_and_others_do_not_know_them(scene: Sce
 
 
 async def test_no_team_takes_the_room_of_others_or_of_the_tower(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(zones, "MAX_OF_A_TEAM", 2)
-    monkeypatch.setattr(zones, "MAX_OF_TEAMS", 4)
+    for share, limit in (("zones", 2), ("zones-of-teams", 4)):
+        assert (await scene.admin.put(f"/api/v1/shares/{share}", json={"limit": limit})).status_code == 200
     monkeypatch.setattr(zones, "MAX_ZONES", 6)
 
     async def drawn(client: httpx.AsyncClient, team_id: int | None) -> tuple[int, str]:

@@ -134,7 +134,10 @@ async def test_without_the_database_who_flies_goes_on_flying(two: Two, postgres:
     assert (await ask(two.alice, drone_id, "acquire")).status_code == 200
     await two.sticks()
     await until("her sticks", lambda: two.at(two.a).flown_by_hand(time.monotonic()))
-    assert (await two.root.get("/api/v1/users")).status_code == 200, "b knows him now, a does not"
+    assert (await two.root.get("/api/v1/users")).status_code == 200, "b knows him now"
+    fleet = two.a.tower.hub.fleet
+    sessions = [one["id"] for one in (await two.root.get("/api/v1/sessions")).json()]
+    await until("a to have looked his session up", lambda: all(fleet.knows_sign_in(one) for one in sessions))
     holds = len(two.agent.holds)
     drone = two.at(two.a)
     drone.safety = msgspec.structs.replace(drone.safety, rtt_limit_ms=60_000)  # this agent answers no pings

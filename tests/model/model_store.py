@@ -4,10 +4,10 @@ from collections.abc import Generator
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 
-from server.domain.fleet import DroneRecord, FleetSnapshot, TeamRecord, UserRecord
+from server.domain.fleet import DroneRecord, FleetSnapshot, SignInRecord, TeamRecord, UserRecord
 from server.domain.lease import TOWER as THE_TOWER
 from server.domain.lease import Actor, Changed, Event, Lease, Refused, decide
-from server.domain.people import Role, UserRef
+from server.domain.people import Role, SignInId, UserRef
 from server.domain.relations import Relation, Right, TeamRole, Ties, may, relation_of
 from server.live.relay.live_drone import LeaseView
 from server.store.control.lease_store import HOLDS_ANOTHER, MOVED, Ask, Committed
@@ -108,7 +108,8 @@ class MemoryStore:
                 )
             )
         users = {user_id: UserRecord(one.name, one.role, one.disabled) for user_id, one in self.accounts.items()}
-        return FleetSnapshot(self.revision, tuple(drones), users)
+        sign_ins: dict[SignInId, SignInRecord] = {int(user_id): SignInRecord(user_id) for user_id in self.accounts}
+        return FleetSnapshot(self.revision, tuple(drones), users, sign_ins)
 
     def view(self, lease: Lease) -> LeaseView:
         def ref(user_id: UserId | None) -> UserRef | None:

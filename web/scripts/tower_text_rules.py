@@ -125,7 +125,7 @@ NOT_SHOWN: Final = re.compile(
             r"onboard_agent/video/(channel|child|trial|entry|core/units|encoders|sources)",
             r"server/runtime/(settings|listening|mail_source|bus_certificate|bus_seal|feed_source|vault|tower_condition)",
             r"server/runtime/notify/(push_encryption|sending_threads|vapid)",
-            r"server/domain/tower_lease",
+            r"server/domain/(tower_lease|shares_table)",
             r"server/store/(backup|schema|tower_lock|database|audit/|.*/tables|tables|folder_id|repeated|towers/[cm])",
             r"server/store/(accounts/(hashing|sealed|passwords\.py)|fleet/tower_identity|operations|bounded)",
             # What crosses the wires, or is read by programs only.

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass, field
+from datetime import datetime
 from itertools import count
 from typing import Final
 
@@ -18,10 +18,11 @@ from starlette.requests import HTTPConnection
 from starlette.types import ASGIApp, Message, Scope
 
 from server.api.authentication import VOUCHED
-from server.domain.people import Principal
-from server.live.towers.messages import Answer, Ask, attach_of, viewer_of
+from server.domain.people import Principal, SignInId
+from server.live.towers.messages import Answer, Ask, attach_of, sign_in_of
 from server.live.towers.towers import Towers
 from server.runtime.request_id import begin_request, current_request_id
+from wire.ids import UserId
 
 ANSWERED_WITHIN_S: Final = 30.0
 MAX_ANSWER_BYTES: Final = 8_000_000
@@ -56,6 +57,8 @@ class Asking:
         self.app: ASGIApp | None = None
         self.vouch: Callable[[HTTPConnection], tuple[Principal, int] | None] = lambda request: None
         """Who sends a request, as far as is known without the database, and the revision of the fleet then."""
+        self.principal_of: Callable[[SignInId, UserId, datetime], Principal | None] = lambda *_: None
+        """Who is signed in so, as this tower knows them: it does not believe what the other one says of them."""
         self.application: object = None
         """What handlers read as `request.app`."""
         towers.on_ask, towers.on_answer, towers.on_lost = self._asked, self._answered, self._lost
@@ -168,8 +171,10 @@ class Asking:
             FORWARDED: True,
         }
         if ask.known is not None:
-            with suppress(ValueError):  # a role or a scope of a newer version
-                scope[VOUCHED] = viewer_of(ask.known), ask.revision
+            known = ask.known
+            found = self.principal_of(sign_in_of(known), UserId(known.user_id), known.expires_at)
+            if found is not None:
+                scope[VOUCHED] = found, ask.revision
         try:
             await self.app(scope, receive, send)
         except Exception:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import AsyncIterator, Callable, Sequence
+from collections.abc import AsyncIterator, Awaitable, Callable, Mapping, Sequence
 from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Final
@@ -17,6 +17,8 @@ from server.api.bus.nats_bus import HIGH_WATER_BYTES, NatsBus
 from server.api.bus.video_bus import VideoBus
 from server.api.relay.live_writer import LiveWriter
 from server.api.relay.write_round import WriteRound
+from server.domain.fleet import SignInRecord
+from server.domain.people import SignInId
 from server.live.hub import Hub
 from server.live.towers.messages import SEALS, EventUp, FramesUp
 from server.live.towers.towers import Towers
@@ -31,6 +33,12 @@ from wire.tower_list import MAX_TOWERS
 TICK_S: Final = 0.1
 LEARNT_EVERY_S: Final = 10
 """How often the homes are read from the database, beside what the towers tell each other."""
+MAX_LOOKED_UP: Final = 500
+"""Sessions in one query."""
+READ_AGAIN: Final = 100
+"""Numbers of sessions: the database gives them before the rows are there."""
+ReadSessions = Callable[[Sequence[int]], Awaitable[Mapping[SignInId, SignInRecord]]]
+ReadNewerSessions = Callable[[int], Awaitable[Mapping[SignInId, SignInRecord]]]
 _log = structlog.get_logger(__name__)
 
 
@@ -110,6 +118,13 @@ class SeveralTowers:
         self.bus.is_older = self.video.bus.is_older = self._seals_nothing
         self.towers.reaches_database = lambda: membership.is_renewed
         self.asking = Asking(self.towers)
+        self.asking.principal_of = hub.fleet.principal_of
+        self.towers.visitors.on_unknown = self._look_up_soon
+        self._looking_up: asyncio.Task[None] | None = None
+        self.read_sessions: ReadSessions | None = None
+        """Looks sessions up in the database. Raises DatabaseUnavailable, OSError."""
+        self.read_newer_sessions: ReadNewerSessions | None = None
+        """All those with a greater number."""
         membership.others_decide = self.towers.others_decide
         self._refreshing: asyncio.Task[None] | None = None
         self._draining: asyncio.Task[None] | None = None
@@ -144,7 +159,8 @@ class SeveralTowers:
         try:
             yield
         finally:
-            tasks = [one for one in (beating, working, self._refreshing, self._draining) if one is not None]
+            begun = (beating, working, self._refreshing, self._draining, self._looking_up)
+            tasks = [one for one in begun if one is not None]
             for one in tasks:
                 one.cancel()
             await asyncio.gather(*tasks, return_exceptions=True)
@@ -201,6 +217,30 @@ class SeveralTowers:
         self._room.unflushed_bytes = 0
         self.towers.flush(time.monotonic())
 
+    async def _learn_sessions(self) -> None:
+        """So that this tower knows them while the database is out of reach. Raises DatabaseUnavailable, OSError."""
+        if self.read_newer_sessions is not None:
+            fleet = self._hub.fleet
+            fleet.note_sign_ins(await self.read_newer_sessions(max(0, fleet.newest_session - READ_AGAIN)))
+
+    def _look_up_soon(self) -> None:
+        if self.read_sessions is not None and (self._looking_up is None or self._looking_up.done()):
+            self._looking_up = asyncio.create_task(self._look_up(self.read_sessions))
+
+    async def _look_up(self, read: ReadSessions) -> None:
+        """Sessions that are newer than this tower's picture of the fleet. What is not found is asked for again with the
+        next browser."""
+        visitors, asked = self.towers.visitors, set[int]()
+        while wanted := sorted(visitors.unknown_sessions() - asked)[:MAX_LOOKED_UP]:
+            asked.update(wanted)
+            try:
+                found = await read(wanted)
+            except (DatabaseUnavailable, OSError) as error:
+                _log.debug("sessions_not_read", error=type(error).__name__)
+                return
+            self._hub.fleet.note_sign_ins(found)
+            visitors.fleet_changed(time.monotonic())
+
     def _begin_writing(self, visitor: Visitor) -> Stop:
         writer = _VisitorWriter(visitor, self.towers, self._room)
         live = LiveWriter(visitor, writer, self._round, self._hub.state.traffic)
@@ -231,6 +271,7 @@ class SeveralTowers:
                 self.towers.visitors.fleet_changed(now)
             self.claims.check_links(now)
             try:
+                await self._learn_sessions()
                 await self.claims.adopt()
                 if seconds % LEARNT_EVERY_S == 0:
                     await self.claims.learn()

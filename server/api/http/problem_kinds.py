@@ -31,6 +31,7 @@ from server.domain.map_layers import (
 )
 from server.domain.names import BadName
 from server.domain.refusal import Refusal
+from server.domain.shares import BadShareLimit
 from server.domain.tower_refusals import LastTower, TowerDraining, UnknownTower
 from server.live.accounts.challenges import ChallengeOver, TooManyChallenges
 from server.live.accounts.relying_party import PasskeysUnavailable
@@ -81,6 +82,7 @@ from server.live.recordings.refusals import (
     TooManyRecordings,
     UnknownRecording,
 )
+from server.live.relay.restraint import LosesItsLink
 from server.live.teams.refusals import (
     DroneInUse,
     InAnotherTeam,
@@ -203,6 +205,8 @@ PROBLEMS: Final[dict[type[Refusal], Kind]] = {
     BadEnrolment: Kind("bad-enrolment", 403, "The enrolment token is not valid"),
     NotPrivate: Kind("https-only", 403, "Not over plain http"),
     OwnerAlready: Kind("owner-already", 409, "The user owns the drone"),
+    LosesItsLink: Kind("loses-its-link", 409, "The drone would lose its link"),
+    BadShareLimit: Kind(INVALID.slug, INVALID.status, INVALID.title, field="limit"),
     BadLoan: Kind(INVALID.slug, INVALID.status, INVALID.title, field="until"),
     UserNameTaken: Kind("name-taken", 409, "The name is taken"),
     DroneNameTaken: Kind("name-taken", 409, "The name is taken"),

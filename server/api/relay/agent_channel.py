@@ -34,6 +34,7 @@ from server.live.hub import GOING_DOWN, Hub
 from server.live.relay.agent_link import AgentLink
 from server.live.relay.agent_routes import OVER_CHANNEL, Address
 from server.live.relay.live_drone import LiveDrone
+from server.live.relay.restraint import QUARANTINED_WORDS
 from wire.control_messages import (
     AGENT_SUBPROTOCOL,
     KEY_SUBPROTOCOL,
@@ -206,6 +207,8 @@ class AgentChannel:
         drone = self._hub.state.drones.get(signed_in.drone_id)
         if drone is None or drone.record.identity != signed_in.identity:
             raise AgentRefused(401, "what this agent signed in by has been revoked or replaced")
+        if drone.is_quarantined:
+            raise AgentRefused(403, QUARANTINED_WORDS)
         return drone
 
     async def _first_words(self) -> ToTower:

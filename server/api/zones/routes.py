@@ -150,6 +150,7 @@ async def create_zone(
     audit: AuditDep,
     follower: ZoneFollowerDep,
     side: SideThreadDep,
+    hub: HubDep,
     body: ZoneBody,
 ) -> ZoneView:
     """Admin, or team admin for the team: draws a zone. It counts when the response arrives. A drone inside is told of
@@ -157,7 +158,7 @@ async def create_zone(
     action, manager = audit.action(principal), TeamManager.of(principal)
     zone = await side.in_turn(principal.user_id, lambda: checked(body.zone()))
     async with database.writing() as session:
-        made = await zones.create_zone(session, zone, manager=manager, action=action)
+        made = await zones.create_zone(session, zone, manager=manager, action=action, shares=hub.state.shares)
     await follower.refresh()
     return ZoneView.of(made)
 
@@ -182,6 +183,7 @@ async def replace_zone(
     audit: AuditDep,
     follower: ZoneFollowerDep,
     side: SideThreadDep,
+    hub: HubDep,
     zone_id: ZonePath,
     body: ChangedZone,
 ) -> ZoneView:
@@ -189,7 +191,9 @@ async def replace_zone(
     action, manager = audit.action(principal), TeamManager.of(principal)
     zone = await side.in_turn(principal.user_id, lambda: checked(body.zone(body.version)))
     async with database.writing() as session:
-        changed = await zones.replace_zone(session, zone_id, zone, manager=manager, action=action)
+        changed = await zones.replace_zone(
+            session, zone_id, zone, manager=manager, action=action, shares=hub.state.shares
+        )
     await follower.refresh()
     return ZoneView.of(changed)
 

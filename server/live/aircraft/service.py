@@ -34,7 +34,7 @@ class AircraftService:
 
     def __init__(self, state: LiveState) -> None:
         self._state = state
-        self.table = AircraftTable()
+        self.table = AircraftTable(state.shares)
         self._pending = state.aircraft_frames
         self._told: set[int] = set()
         """Browsers whose map shows aircraft."""

@@ -9,11 +9,10 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Final, NamedTuple
 
+from server.domain.shares import ShareName, Shares
 from server.live.aircraft.decode import Identity, Report, Threat
 from wire.ids import DroneId
 
-MAX_OF_A_DRONE: Final = 100
-"""Aircraft that one receiver on board hears at the same time; more, and the one that was silent longest goes."""
 MAX_OF_FEED: Final = 500
 KEEP_S: Final = 60.0
 """An aircraft that nobody has heard for this long is forgotten."""
@@ -60,7 +59,8 @@ class Aircraft:
 class AircraftTable:
     """What all witnesses say."""
 
-    def __init__(self) -> None:
+    def __init__(self, shares: Shares | None = None) -> None:
+        self._shares = shares or Shares()
         self._known: dict[str, Aircraft] = {}
         self._of: dict[Witness, OrderedDict[str, None]] = {}
         """The aircraft that each witness hears; the one heard last is last."""
@@ -74,6 +74,10 @@ class AircraftTable:
     def __iter__(self) -> Iterator[Aircraft]:
         return iter(self._known.values())
 
+    def heard_by_drone(self) -> dict[DroneId, int]:
+        """How many each receiver on board hears."""
+        return {by: len(heard) for by, heard in self._of.items() if by is not None}
+
     def take(self, report: Report, by: Witness, now: float) -> None:
         if now - report.motion.at > KEEP_S:
             return
@@ -86,13 +90,14 @@ class AircraftTable:
             one.names[by] = self._names[by][report.key]
         heard[report.key] = None
         heard.move_to_end(report.key)
-        if len(heard) > (MAX_OF_FEED if by is None else MAX_OF_A_DRONE):
+        most = MAX_OF_FEED if by is None else self._shares.limit(ShareName.AIRCRAFT)
+        while len(heard) > most:
             self.left_out += 1
             self._forget(next(iter(heard)), by)
 
     def name(self, identity: Identity, by: DroneId) -> None:
         names = self._names.setdefault(by, {})
-        if len(names) >= MAX_OF_A_DRONE:
+        if len(names) >= self._shares.limit(ShareName.AIRCRAFT):
             names.clear()  # senders say their names again every few seconds
         names[identity.key] = identity.name
         one = self._known.get(identity.key)

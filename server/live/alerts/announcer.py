@@ -1,7 +1,7 @@
 """What is announced of alerts outside of the console: the beginning, the end, and that nobody has answered.
 
 Part of the hub: plain calls, no database. Whoever delivers takes the announcements from here (`taken`); until then they
-wait, at most OF_A_DRONE of each drone.
+wait: those of each drone up to its share.
 """
 
 from __future__ import annotations
@@ -13,16 +13,16 @@ from enum import StrEnum
 from typing import Final
 
 from server.domain.fair_queue import FairQueue
+from server.domain.shares import ShareName
 from server.live.alerts.alert import Alert
+from server.live.alerts.muting import is_muted
 from server.live.alerts.severity import Severity
 from server.live.relay.live_state import LiveState
 from wire.ids import DroneId
 
-OF_A_DRONE: Final = 100
-"""While the database is unreachable. The oldest go: the newest say how things are."""
 RECENT: Final = timedelta(minutes=10)
 """After a restart the beginning of an older alert is no news."""
-ON_THE_GROUND: Final = frozenset({"link-lost-on-ground", "hold-unconfirmed", "motion"})
+ON_THE_GROUND: Final = frozenset({"link-lost-on-ground", "hold-unconfirmed", "motion", "noisy-drone"})
 """Rules that are announced even if the drone is disarmed on the ground: somebody may stand beside it."""
 
 
@@ -54,7 +54,7 @@ class Announcer:
         self._quiet: dict[int, Alert] = {}
         """Open alerts of drones on the bench: announced if the drone leaves it."""
         self._unanswered: set[int] = set()
-        self._waiting: FairQueue[DroneId | None, Announcement] = FairQueue(OF_A_DRONE)
+        self._waiting: FairQueue[DroneId | None, Announcement] = FairQueue(0)
         """Of each drone; None: of the tower."""
         self.on_waiting: Callable[[], None] = lambda: None
         """Called when there is something to take."""
@@ -109,6 +109,10 @@ class Announcer:
                 self._unanswered.add(alert.id)
                 self._announce(Happening.UNANSWERED, alert)
 
+    def waiting(self) -> dict[DroneId | None, int]:
+        """How many wait of each drone; None: of the tower."""
+        return self._waiting.all_waiting()
+
     def taken(self) -> list[Announcement]:
         """Returns what waits, oldest first of each drone, and forgets it."""
         return [self._waiting.pop()[1] for _ in range(len(self._waiting))]
@@ -116,13 +120,15 @@ class Announcer:
     def give_back(self, announcements: list[Announcement]) -> None:
         """They could not be stored: they wait again, before all others."""
         for one in [*announcements, *self.taken()]:
-            self._waiting.put(one.alert.drone_id, one)
+            self._wait(one)
 
     def _is_worth_it(self, alert: Alert) -> bool:
         if alert.drone_id is None:
             return True
         drone = self._state.drones.get(alert.drone_id)
         if drone is None:
+            return False
+        if is_muted(drone, alert):
             return False
         is_on_the_bench = drone.armed is False and not drone.airborne
         return not is_on_the_bench or alert.rule.name in ON_THE_GROUND
@@ -134,5 +140,10 @@ class Announcer:
             if drone is None:
                 return
             name = drone.record.name
-        self._waiting.put(alert.drone_id, Announcement(happening, alert, name))
+        self._wait(Announcement(happening, alert, name))
         self.on_waiting()
+
+    def _wait(self, announcement: Announcement) -> None:
+        # The oldest go: the newest say how things are.
+        self._waiting.share = self._state.shares.limit(ShareName.ANNOUNCEMENTS)
+        self._waiting.put(announcement.alert.drone_id, announcement)

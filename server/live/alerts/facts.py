@@ -88,6 +88,8 @@ class Facts:
     other_systems: tuple[int, ...] = ()
     """MAVLink systems of other autopilots on its line."""
     signing: Signing = Signing.OFF
+    noise: str = ""
+    """What it sends beyond its share, and what the tower does about it: the end of a sentence; empty: it does not."""
     motion: str | None = None
     """`jump`, `speed`, `height`, `course`: it does not move as a machine can."""
 

@@ -39,6 +39,7 @@ def facts_of(drone: LiveDrone, height_limit_m: float, now: float) -> Facts:
         hold_reason=drone.hold_reason,
         black_box_problem=drone.black_box_problem,
         signing=drone.signing if drone.online else Signing.OFF,
+        noise=drone.noise.words,
     )
     if drone.online and drone.autopilot_heard:
         facts.armed, facts.airborne = drone.armed, drone.airborne

@@ -8,7 +8,7 @@ from wire.autopilots.profile import FlightTask
 from wire.open_holds import Lost, LostAction, LostPhase
 from wire.signing_key import Signing
 
-_DOES: Final = {
+DOES: Final = {
     LostAction.RETURN: "returns",
     LostAction.LAND: "lands",
     LostAction.CONTINUE: "goes on with its mission, or stays",
@@ -56,6 +56,12 @@ def deaf_autopilot(facts: Facts, is_open: bool) -> Finding:
             "reaches it, and it cannot be held."
         )
     return f"The autopilot of {facts.name} does not answer its agent. No command reaches it, and it cannot be held."
+
+
+def noisy(facts: Facts, is_open: bool) -> Finding:
+    if facts.noise:
+        return f"{facts.name} sends {facts.noise}."
+    return Not.SO if not facts.silence else Not.KNOWN
 
 
 def wrong_signing_key(facts: Facts, is_open: bool) -> Finding:
@@ -144,7 +150,7 @@ def _unless_silent(facts: Facts) -> Finding:
 
 
 def _action_words(action: LostAction | None) -> str:
-    return "acts by itself" if action is None else _DOES[action]
+    return "acts by itself" if action is None else DOES[action]
 
 
 def _last_words(facts: Facts) -> str:
@@ -160,7 +166,7 @@ def _last_words(facts: Facts) -> str:
     if facts.lost_action is None:
         return f"{last}. It is watched only: what comes next is up to its autopilot."
     after = f"after {facts.lost_action_s:.0f} s without the tower, if its agent is alive"
-    does = _DOES[facts.lost_action]
+    does = DOES[facts.lost_action]
     if facts.lost_action in (LostAction.RETURN, LostAction.LAND):
         holds = "it holds, then " if facts.task is FlightTask.BY_HAND else ""
         return f"{last}; {holds}it {does} {after}."

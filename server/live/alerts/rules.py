@@ -81,6 +81,16 @@ AUTOPILOT_ERROR: Final = Rule(
     follows=True,
 )
 
+NOISY: Final = Rule(
+    name="noisy-drone",
+    severity=_WARNING,
+    badge="Sends too much",
+    when="for 10 s more than 5 texts, 2 alerts, 2,000 frames or 20 reports a second; until it was quiet for 60 s",
+    advice="Look at its autopilot and its agent. An admin may mute, limit or quarantine it.",
+    condition=link.noisy,
+    follows=True,
+)
+
 RULES: Final[tuple[Rule, ...]] = (
     Rule(
         name="link-lost",
@@ -382,6 +392,7 @@ RULES: Final[tuple[Rule, ...]] = (
         closes_after_s=2.0,
         follows=True,
     ),
+    NOISY,
     Rule(
         name="battery-on-ground",
         severity=_WARNING,

@@ -16,6 +16,7 @@ from server.domain.relations import Right
 from server.live.alerts.alert import Alert
 from server.live.alerts.facts_of import facts_of
 from server.live.alerts.lasting import Change, Changed
+from server.live.alerts.muting import is_muted
 from server.live.alerts.pair_alerts import PairFound, PairKey, pairs_found
 from server.live.alerts.refusals import MayNotAcknowledge, UnknownAlert
 from server.live.alerts.rules import BY_NAME, MOTORS_STOPPED, NEAR, OF_TOWER, TOO_NEAR
@@ -138,7 +139,7 @@ class AlertService:
     def acknowledge(self, alert_id: int, viewer: Principal) -> Alert:
         """This user has seen to it. Repeated: nothing changes. Raises UnknownAlert, MayNotAcknowledge."""
         alert = self._live.get(alert_id)
-        if alert is None or not self._knows(viewer, alert):
+        if alert is None or not self._may_know(viewer, alert):
             raise UnknownAlert
         drone = self._drone(alert)
         if drone is not None and not drone.may(viewer.user_id, viewer.role, Right.ACKNOWLEDGE):
@@ -320,6 +321,9 @@ class AlertService:
     def _open(self, alert: Alert) -> None:
         self._live[alert.id] = alert
         self.opened[str(alert.rule.severity)] += 1
+        drone = self._drone(alert)
+        if drone is not None:
+            drone.noise.alerts += 1
         self._changed(alert)
 
     def _close(self, alert: Alert) -> None:
@@ -392,6 +396,13 @@ class AlertService:
         return drone.frame_watchers() if drone is not None else ()
 
     def _knows(self, viewer: Principal, alert: Alert) -> bool:
+        """Whether this user is told of it."""
+        drone = self._drone(alert)
+        if drone is not None and not drone.may_arm(viewer.user_id) and is_muted(drone, alert):
+            return False
+        return self._may_know(viewer, alert)
+
+    def _may_know(self, viewer: Principal, alert: Alert) -> bool:
         about = alert.about_stranger
         return self.may_know(viewer, alert.drone_id, alert.other_id, about_stranger=about, at=alert.opened_at)
 

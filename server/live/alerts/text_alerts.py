@@ -115,6 +115,11 @@ class TextAlerts:
         self._lasting[key] = _Lasting(told, now, until)
 
 
+def is_of_text(rule_name: str, subject: str) -> bool:
+    """Whether a text opened this alert: the vehicle's own claim, and not what its state shows."""
+    return rule_name in RULES and not subject.startswith(_OF_STATE_KEY)
+
+
 def _subject(words: str) -> str:
     """Two texts about the same thing have the same subject: its first words, without figures."""
     kept = re.split(r"\s[-–]\s|:", words, maxsplit=1)[0].lower()

@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from server.domain.fleet import DroneRecord, LoanRecord
 from server.domain.people import UserRef
 from server.domain.relations import Relation
+from server.domain.restraint import Measure, Restraint
 from server.live.operations.onboard_views import (
     ANSWER_CONFIG,
     NO_PARAMETERS,
@@ -18,6 +19,7 @@ from server.live.operations.onboard_views import (
     ParametersStateView,
     PlansView,
 )
+from server.live.relay.noise_watch import NoiseWatch
 from wire.drone_key import fingerprint
 from wire.open_holds import AfterSticks, HoldStage, Lost, LostAction, LostPhase
 from wire.signing_key import Signing
@@ -127,6 +129,33 @@ class IdentityView(BaseModel):
         return _BY_CREDENTIAL if record.credential_hash else _BY_NOTHING
 
 
+class RestraintView(BaseModel):
+    """What is done about a drone that sends more than its share."""
+
+    model_config = ANSWER_CONFIG
+
+    measure: Annotated[
+        Measure,
+        Field(
+            description="`muted`: its texts, and alerts that are not critical, reach only whoever has the controls; "
+            "`limited`: its telemetry too passes only twice a second; `quarantined`: its agent gets no link"
+        ),
+    ]
+    reason: Annotated[str, Field(description="For people")]
+    by: Annotated[str | None, Field(description="The admin; null: the tower by itself, until the drone is quiet")]
+    since: datetime
+
+    @classmethod
+    def of(cls, restraint: Restraint | None, noise: NoiseWatch) -> RestraintView | None:
+        """That of an admin, or else what the tower does by itself."""
+        if restraint is not None:
+            return cls(measure=restraint.measure, reason=restraint.reason, by=restraint.by, since=restraint.since)
+        if not noise.measures or noise.since is None:
+            return None
+        measure = Measure.LIMITED if Measure.LIMITED in noise.measures else Measure.MUTED
+        return cls(measure=measure, reason=noise.words, by=None, since=noise.since)
+
+
 _BY_NOTHING: Final = IdentityView()
 _BY_CREDENTIAL: Final = IdentityView(kind="credential")
 
@@ -220,6 +249,9 @@ class DroneView(BaseModel):
     suspicious_motion: Annotated[
         Literal["jump", "speed", "height", "course"] | None,
         Field(description="Impossible motion of the armed drone in the last minute"),
+    ] = None
+    restraint: Annotated[
+        RestraintView | None, Field(description="What is done because it sends too much; null: nothing")
     ] = None
     relation: Annotated[
         Relation, Field(description="Your relation to it, which decides what you may do (docs/teams.md)")

@@ -6,7 +6,7 @@ from datetime import datetime
 from typing import Final, Literal
 
 from server.domain.access import Action, reaches_all
-from server.domain.fleet import DroneRecord, FleetSnapshot, UserRecord
+from server.domain.fleet import DroneRecord, FleetSnapshot, SignInRecord, UserRecord
 from server.domain.people import Principal, Role, SignInId, TokenId, UserRef
 from server.domain.relations import Right
 from server.live.hub_events import NOT_OF_ITS_TEAM, ControlsMoved, RightLost
@@ -14,6 +14,7 @@ from server.live.relay import live_messages as live
 from server.live.relay.browser import Browser
 from server.live.relay.live_drone import LeaseView, LiveDrone, lease_of
 from server.live.relay.live_state import LiveState
+from server.live.relay.restraint import QUARANTINED_WORDS
 from wire.ids import DroneId, UserId
 
 IDENTITY_GONE = 4401
@@ -37,7 +38,11 @@ class FleetChanges:
         self._revision = -1
         self._users: Mapping[UserId, UserRecord] = {}
         self._ended: dict[SignInId, None] = {}
-        self._sign_ins: frozenset[SignInId] = frozenset()
+        self._sign_ins: Mapping[SignInId, SignInRecord] = {}
+        self._newer: dict[SignInId, SignInRecord] = {}
+        """Sessions that began after the last snapshot, as the database knows them."""
+        self.newest_session = 0
+        """The greatest number of one that is known."""
 
     @property
     def revision(self) -> int:
@@ -46,7 +51,26 @@ class FleetChanges:
 
     def knows_sign_in(self, sign_in: SignInId) -> bool:
         """Whether the last snapshot has this session or token. It lacks a session that began after it was read."""
-        return sign_in in self._sign_ins
+        return sign_in in self._sign_ins or sign_in in self._newer
+
+    def note_sign_ins(self, found: Mapping[SignInId, SignInRecord]) -> None:
+        """Sessions that are newer than the last snapshot, read from the database."""
+        new = {one: record for one, record in found.items() if one not in self._ended and one not in self._sign_ins}
+        self._newer |= new
+        self.newest_session = max([self.newest_session, *(one for one in new if isinstance(one, int))])
+        while len(self._newer) > MAX_ENDED:
+            del self._newer[next(iter(self._newer))]
+
+    def principal_of(self, sign_in: SignInId, user_id: UserId, expires_at: datetime) -> Principal | None:
+        """Who is signed in by this session or token, with name, role and scopes as this tower knows them. None: it is
+        not this user's, has ended, or is not known here."""
+        account = self._users.get(user_id)
+        record = self._sign_ins.get(sign_in) or self._newer.get(sign_in)
+        if account is None or account.disabled or account.must_change_password or sign_in in self._ended:
+            return None
+        if record is None or record.user_id != user_id:
+            return None
+        return Principal(user_id, account.name, account.role, sign_in, expires_at, scopes=record.scopes)
 
     def is_current(self, principal: Principal, revision: int) -> bool:
         """Whether a sign-in that the database confirmed while the fleet was at `revision` is still good, as far as is
@@ -63,6 +87,8 @@ class FleetChanges:
         self._ended.update(dict.fromkeys(ended))
         while len(self._ended) > MAX_ENDED:
             del self._ended[next(iter(self._ended))]
+        for one in self._ended.keys() & self._newer.keys():
+            del self._newer[one]
 
     def apply(self, snapshot: FleetSnapshot) -> None:
         """Drones, owners, accounts and leases as the database knows them."""
@@ -70,7 +96,10 @@ class FleetChanges:
             return
         self._revision = snapshot.revision
         self._users = snapshot.users
-        self._sign_ins = snapshot.session_ids | frozenset(TokenId(one) for one in snapshot.token_ids)
+        self._state.shares.apply(snapshot.share_limits)
+        self._sign_ins = snapshot.sign_ins
+        newest = self.newest_session = max((one for one in snapshot.sign_ins if isinstance(one, int)), default=0)
+        self._newer = {one: record for one, record in self._newer.items() if isinstance(one, int) and one > newest}
         state = self._state
         records = {record.id: record for record in snapshot.drones}
         for drone_id in [known for known in state.drones if known not in records]:
@@ -83,6 +112,11 @@ class FleetChanges:
                 self.close_browser(browser, why)
         for drone in state.drones.values():
             self._report_lost_rights(drone)
+
+    def name_of(self, user_id: UserId) -> str:
+        """Empty: there is no such account."""
+        account = self._users.get(user_id)
+        return "" if account is None else account.name
 
     def outranks(self, user_id: UserId) -> bool:
         """Whether this account takes the controls of any drone: a team admin gives way to it."""
@@ -122,11 +156,11 @@ class FleetChanges:
             return  # nearly all of them, nearly every time: a change of one drone must not cost a thousand
         before, ties_before = drone.view(), drone.record.ties
         team_changed = record.team != drone.record.team
-        if drone.link is not None and record.identity != drone.record.identity:
-            drone.link.close(IDENTITY_GONE, "what this agent signed in by has been revoked or replaced")
-            state.links.pop(drone.link.link_id, None)
-            drone.forget_link(state.clock())
+        if record.identity != drone.record.identity:
+            self._end_link(drone, "what this agent signed in by has been revoked or replaced")
         drone.record, drone.crew_before = record, ties_before.crew
+        if drone.is_quarantined:
+            self._end_link(drone, QUARANTINED_WORDS)
         # The lease in a snapshot may have been read before a change that has been applied meanwhile.
         if record.epoch >= drone.lease.epoch:
             last = drone.lease
@@ -142,6 +176,12 @@ class FleetChanges:
                 if drone.may(viewer.user_id, viewer.role, Right.SEE):
                     browser.notify(live.DroneChanged(drone.view_for(viewer.user_id, viewer.role)))
         self.admit_watchers(drone)
+
+    def _end_link(self, drone: LiveDrone, why: str) -> None:
+        if drone.link is not None:
+            drone.link.close(IDENTITY_GONE, why)
+            self._state.links.pop(drone.link.link_id, None)
+            drone.forget_link(self._state.clock())
 
     def _remove(self, drone_id: DroneId) -> None:
         drone = self._state.drones.pop(drone_id)
@@ -228,5 +268,5 @@ def why_signed_out(principal: Principal, snapshot: FleetSnapshot) -> str:
     if account.must_change_password:
         return "an admin has set a new password"
     signed_in_by = principal.session_id
-    revoked = isinstance(signed_in_by, TokenId) and signed_in_by.id not in snapshot.token_ids
+    revoked = isinstance(signed_in_by, TokenId) and signed_in_by not in snapshot.sign_ins
     return "the token was revoked" if revoked else ""

@@ -10,6 +10,7 @@ from collections.abc import Container
 from dataclasses import dataclass
 from typing import Final
 
+from server.domain.shares import ShareName, Shares
 from server.live.relay.token_bucket import TokenBucket
 from wire.ids import DroneId, UserId
 from wire.state_messages import state_key
@@ -32,18 +33,21 @@ OPENINGS_AT_ONCE: Final = 4
 OPENINGS_REFILLED_IN_S: Final = 10.0
 """All tabs of a user may come back four times in a row after a network that flickers, and once every ten seconds."""
 
-OPERATIONS_PER_S: Final = 10.0
-OPERATIONS_BURST: Final = 100
+OPERATIONS_REFILLED_IN_S: Final = 10.0
 """What a user has done at drones over REST: each goes to an agent, to all who watch, and into the trail."""
 
 RECORDINGS_PER_S: Final = 0.5
-RECORDINGS_BURST: Final = 50
 """Recordings that a user begins: a squad at once. Each is a row, a thread, a process that makes its file, and a line in
 the trail."""
 
 REPORTS_PER_S: Final = 50.0
 REPORTS_BURST: Final = 500
 """Messages of an agent about itself: a few a second while it holds, each in several copies."""
+
+
+LIMITED_REPORTS_PER_S: Final = 10.0
+LIMITED_REPORTS_BURST: Final = 100
+"""The same of a drone that is limited."""
 
 
 @dataclass(frozen=True)
@@ -61,14 +65,18 @@ class FloodLimits:
 class FloodGate:
     """One for the hub."""
 
-    def __init__(self, limits: FloodLimits) -> None:
+    def __init__(self, limits: FloodLimits, shares: Shares | None = None) -> None:
         self._limits = limits
+        self._shares = shares or Shares()
+        self._by_share: dict[ShareName, int] = {}
+        """The limits by which the accounts of each share were made."""
         self._agents_reserve = RESERVED * limits.agent_burst
         self._users: dict[UserId, TokenBucket] = {}
         self._flying: dict[DroneId, TokenBucket] = {}
         self._reading: dict[DroneId, TokenBucket] = {}
         self._agents: dict[DroneId, TokenBucket] = {}
         self._reports: dict[DroneId, TokenBucket] = {}
+        self._limited_reports: dict[DroneId, TokenBucket] = {}
         self._openings: dict[UserId, TokenBucket] = {}
         self._video_openings: dict[UserId, TokenBucket] = {}
         self._operations: dict[UserId, TokenBucket] = {}
@@ -122,24 +130,40 @@ class FloodGate:
     def admits_operation(self, user_id: UserId, now: float, *, stops: bool) -> bool:
         """Accounts for another operation of a user. `stops`: it ends a flight or an operation, and has an account of
         its own, so that stopping works even after too many requests."""
+        burst = self._limit(ShareName.OPERATIONS, self._operations, self._stops)
         accounts = self._stops if stops else self._operations
         bucket = accounts.get(user_id)
         if bucket is None:
-            bucket = accounts[user_id] = TokenBucket(OPERATIONS_PER_S, OPERATIONS_BURST, now)
+            bucket = accounts[user_id] = TokenBucket(burst / OPERATIONS_REFILLED_IN_S, burst, now)
+        self._shares.note(ShareName.OPERATIONS, user_id)
         return bucket.take(1.0, now)
 
     def admits_recording(self, user_id: UserId, now: float) -> bool:
         """One more recording that a user begins."""
+        burst = self._limit(ShareName.RECORDINGS, self._recordings)
         bucket = self._recordings.get(user_id)
         if bucket is None:
-            bucket = self._recordings[user_id] = TokenBucket(RECORDINGS_PER_S, RECORDINGS_BURST, now)
+            bucket = self._recordings[user_id] = TokenBucket(RECORDINGS_PER_S, burst, now)
+        self._shares.note(ShareName.RECORDINGS, user_id)
         return bucket.take(1.0, now)
 
-    def admits_report(self, drone_id: DroneId, now: float) -> bool:
+    def _limit(self, name: ShareName, *accounts: dict[UserId, TokenBucket]) -> int:
+        """The limit of a share. When an admin changes it, everybody begins anew."""
+        limit = self._shares.limit(name)
+        if self._by_share.setdefault(name, limit) != limit:
+            self._by_share[name] = limit
+            for one in accounts:
+                one.clear()
+        return limit
+
+    def admits_report(self, drone_id: DroneId, now: float, *, limited: bool = False) -> bool:
         """One message of an agent's control channel, or an urgent one."""
-        bucket = self._reports.get(drone_id)
+        reports = self._limited_reports if limited else self._reports
+        bucket = reports.get(drone_id)
         if bucket is None:
-            bucket = self._reports[drone_id] = TokenBucket(REPORTS_PER_S, REPORTS_BURST, now)
+            per_s = LIMITED_REPORTS_PER_S if limited else REPORTS_PER_S
+            burst = LIMITED_REPORTS_BURST if limited else REPORTS_BURST
+            bucket = reports[drone_id] = TokenBucket(per_s, burst, now)
         return bucket.take(1.0, now)
 
     def forget_idle(self, drones: Container[DroneId], now: float) -> None:
@@ -147,13 +171,15 @@ class FloodGate:
         for users in self._by_user():
             for user_id in [one for one, bucket in users.items() if bucket.is_full(now)]:
                 del users[user_id]
-        for way in (self._flying, self._reading, self._agents, self._reports):
+        for way in self._by_drone():
             for drone_id in [one for one in way if one not in drones]:
                 del way[drone_id]
 
     def __len__(self) -> int:
-        by_drone = (self._flying, self._reading, self._agents, self._reports)
-        return sum(len(users) for users in self._by_user()) + sum(len(way) for way in by_drone)
+        return sum(len(users) for users in self._by_user()) + sum(len(way) for way in self._by_drone())
+
+    def _by_drone(self) -> tuple[dict[DroneId, TokenBucket], ...]:
+        return self._flying, self._reading, self._agents, self._reports, self._limited_reports
 
     def _by_user(self) -> tuple[dict[UserId, TokenBucket], ...]:
         accounts = (self._users, self._operations, self._stops, self._recordings)

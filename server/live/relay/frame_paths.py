@@ -17,6 +17,7 @@ from server.live.relay.live_state import LiveState
 from server.live.relay.loan_check import barred_by_loan
 from server.live.relay.loan_limits import home_in
 from server.live.relay.loan_tables import MOTION
+from server.live.relay.noise_watch import LimitedTelemetry
 from server.live.relay.policy import (
     CommandSeen,
     Kind,
@@ -76,6 +77,7 @@ class FramePaths:
             raise Dropped(DropReason.FOREIGN_TAG)
         drone_id, frames, own = content.drone_id, content.frames, drone.own
         self._state.traffic.frames_from_agents += len(frames)
+        drone.noise.frames += len(frames)
         watchers = drone.watchers.values() if not drone.lease.view_taken else drone.frame_watchers()
         if not self._flood.admits_all(drone_id, len(frames), now):
             frames, state_dropped, lost = self._flood.admitted(drone_id, frames, now)
@@ -90,8 +92,17 @@ class FramePaths:
         state: list[tuple[StateKey, bytes]] = []
         transactional: list[bytes] = []
         tag_bytes = tag(drone_id, b"")
-        is_asked = self._observed.waits(drone_id)
+        is_asked, is_muted = self._observed.waits(drone_id), drone.is_muted
         has_secret = False
+        if drone.is_limited:
+            drone.limited = drone.limited or LimitedTelemetry(now)
+            all_came = len(frames)
+            frames, lost = drone.limited.admitted(frames, now)
+            self._state.drops[DropReason.FLOOD] += all_came - len(frames)
+            for browser in watchers:
+                browser.outbox.lose(drone_id, lost)
+        to_pilot: list[bytes] = []
+        """Texts of a muted drone."""
         for frame in frames:
             key = state_key(frame)
             if key is None:
@@ -110,6 +121,11 @@ class FramePaths:
                     drone.telemetry.remote_id_status(frame, now)
                 if kind == STATUSTEXT:
                     drone.telemetry.text(frame, now, armed=bool(drone.armed))
+                if kind in (EVENT, STATUSTEXT):
+                    drone.noise.texts += 1
+                    if is_muted:
+                        to_pilot.append(tag_bytes + frame)
+                        continue
                 transactional.append(tag_bytes + frame)
                 continue
             state.append((key, tag_bytes + frame))
@@ -129,6 +145,8 @@ class FramePaths:
                 drone.telemetry.newest[msgid, key[3]] = frame
         for browser in watchers:
             browser.offer(drone_id, state, transactional)
+            if to_pilot and drone.may_arm(browser.viewer.user_id):
+                browser.offer(drone_id, (), to_pilot)
         if drone.tape is not None:
             if has_secret:
                 frames = [frame for frame in frames if message_id(frame) != _SETUP_SIGNING]

@@ -8,10 +8,19 @@ from typing import Final, NamedTuple
 from server.domain.fleet import DroneRecord
 from server.domain.people import Principal, Role, UserRef
 from server.domain.relations import Relation, Right, TeamRole, may, relation_of
+from server.domain.restraint import LIMITING, Measure
 from server.live.aircraft.near import NOTHING, Near
 from server.live.alerts.fall_watch import FallWatch
 from server.live.alerts.kept_telemetry import KeptTelemetry
-from server.live.fleet.views import DroneView, HoldView, IdentityView, LoanView, TeamRefView, UserRefView
+from server.live.fleet.views import (
+    DroneView,
+    HoldView,
+    IdentityView,
+    LoanView,
+    RestraintView,
+    TeamRefView,
+    UserRefView,
+)
 from server.live.flights.tape import Tape
 from server.live.operations.onboard_state import OnboardState
 from server.live.operations.onboard_views import NO_PARAMETERS, NO_PLANS
@@ -26,6 +35,7 @@ from server.live.relay.last_heard import LastHeard
 from server.live.relay.live_messages import ToBrowser
 from server.live.relay.loan_limits import Home, Limits, LimitWatch
 from server.live.relay.loss_check_mark import LossCheckMark
+from server.live.relay.noise_watch import LimitedTelemetry, NoiseWatch
 from server.live.relay.open_hold import OpenHold
 from server.live.relay.policy import Authorization
 from server.live.relay.rtt_meter import TooLong
@@ -201,6 +211,10 @@ class LiveDrone:
     """Why its black box records nothing, as the agent reports; empty: nothing is known against it."""
     tape: Tape | None = None
     """What the recorder of flights has of it. Outlives its links."""
+    noise: NoiseWatch = field(default_factory=NoiseWatch)
+    """How much it sends, and what the tower does about that by itself. Outlives its links."""
+    limited: LimitedTelemetry | None = None
+    """What has passed while its telemetry is limited."""
     preflight: Signature | None = None
     watchers: dict[int, Browser] = field(default_factory=dict)
     """Browsers that may see this drone, by their number."""
@@ -210,6 +224,22 @@ class LiveDrone:
     @property
     def drone_id(self) -> DroneId:
         return self.record.id
+
+    @property
+    def is_muted(self) -> bool:
+        """Whether its texts and lesser alerts reach only whoever flies it."""
+        return self.record.restraint is not None or Measure.MUTED in self.noise.measures
+
+    @property
+    def is_limited(self) -> bool:
+        """Whether its telemetry passes a few times a second."""
+        restraint = self.record.restraint
+        return (restraint is not None and restraint.measure in LIMITING) or Measure.LIMITED in self.noise.measures
+
+    @property
+    def is_quarantined(self) -> bool:
+        """Whether its agent is to have no link."""
+        return self.record.restraint is not None and self.record.restraint.measure is Measure.QUARANTINED
 
     @property
     def holder_id(self) -> UserId | None:
@@ -391,6 +421,7 @@ class LiveDrone:
             identity=IdentityView.of(self.record),
             parameters=self.onboard.parameters.state,
             suspicious_motion=self.motion_check.why if self.armed is not False else None,
+            restraint=RestraintView.of(self.record.restraint, self.noise),
         )
 
     def hold_view(self) -> HoldView | None:

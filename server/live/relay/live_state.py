@@ -14,6 +14,7 @@ from msgspec.structs import replace
 from server.domain.clock import Clock
 from server.domain.fair_queue import FairQueue
 from server.domain.relations import Right
+from server.domain.shares import Shares
 from server.live.hub_events import HoldToKeep, HubEvent
 from server.live.relay import live_messages as live
 from server.live.relay.agent_link import AgentLink
@@ -45,6 +46,8 @@ class LiveState:
         self.browsers = OpenBrowsers()
         self.drops: DropCounts = DropCounts()
         self.traffic = Traffic()
+        self.shares = Shares()
+        """What people, drones and teams may have of what all share."""
         self.elsewhere = DronesElsewhere()
         """Drones in the air at other towers."""
         self.aircraft_frames: FairQueue[DroneId, tuple[bytes, float]] = FairQueue(MAX_AIRCRAFT_FRAMES)

@@ -11,20 +11,19 @@ from typing import Final, NamedTuple
 
 import msgspec
 
-from server.domain.people import Principal, Role, TokenId
-from server.domain.scopes import Scope
+from server.domain.people import Principal, SignInId, TokenId
 from server.live.aircraft.shared import SharedAircraft
 from server.live.separation.elsewhere import DroneInAir
-from wire.ids import UserId
 
 TOWER_ID_BYTES: Final = 16
 MAX_PACKET_BYTES: Final = 900_000
 """NATS takes a million bytes by default."""
 MAX_BODY_BYTES: Final = 100_000
 """Of several messages in one packet: sticks wait behind one. A single message may be larger."""
-BUS_VERSION: Final = 4
+BUS_VERSION: Final = 5
 """A tower tells it in its row. 0: knows no HandOver, and would break the stream; 1: no InAir, and it does not take over
-the alerts of drones that come to it; 2: sends no video (video_messages.py); 3: seals nothing (bus_seal.py)."""
+the alerts of drones that come to it; 2: sends no video (video_messages.py); 3: seals nothing (bus_seal.py);
+4: believes the role and scopes of an Attach."""
 SEALS: Final = 4
 """From this version on towers seal what they say, and believe nothing else of each other."""
 _HEADER: Final = Struct("<16sIIQ")
@@ -51,7 +50,11 @@ class Homes(msgspec.Struct, frozen=True, array_like=True, tag=2):
 
 
 class Attach(msgspec.Struct, frozen=True, array_like=True, tag=3):
-    """A browser has connected to the sender. `signed_in_by`: of a session; `token`: of an API token."""
+    """A browser has connected to the sender, signed in by this session or API token.
+
+    The receiver looks up name, role and scopes (`FleetChanges.principal_of`). `name`, `role` and `scopes` are here for
+    towers of bus version 4 and before, which believe them; nobody else reads them.
+    """
 
     number: int
     user_id: int
@@ -256,13 +259,5 @@ def attach_of(number: int, viewer: Principal, address: str) -> Attach:
     )
 
 
-def viewer_of(attach: Attach) -> Principal:
-    """Raises ValueError for a role or scope that is not known here."""
-    return Principal(
-        user_id=UserId(attach.user_id),
-        name=attach.name,
-        role=Role(attach.role),
-        session_id=TokenId(attach.signed_in_by) if attach.by_token else attach.signed_in_by,
-        expires_at=attach.expires_at,
-        scopes=frozenset(Scope(one) for one in attach.scopes),
-    )
+def sign_in_of(attach: Attach) -> SignInId:
+    return TokenId(attach.signed_in_by) if attach.by_token else attach.signed_in_by

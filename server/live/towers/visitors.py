@@ -5,7 +5,7 @@ who may see a drone, whose frames pass, presence, rate limits, conflation. No I/
 """
 
 from collections.abc import Callable
-from typing import Protocol
+from typing import Final, Protocol
 
 from server.domain.people import Principal, SignInId, TokenId
 from server.live.hub import GOING_DOWN, Hub
@@ -32,10 +32,13 @@ from server.live.towers.messages import (
     Request,
     SessionsEnded,
     UserEnded,
-    viewer_of,
+    sign_in_of,
 )
 from wire.drops import DropReason
 from wire.ids import DroneId, UserId
+
+MAX_UNKNOWN: Final = 10_000
+"""Browsers that wait until their sign-ins are known. More come again when their tower tells of them again."""
 
 
 class Stop(Protocol):
@@ -86,7 +89,15 @@ class Visitors:
         self._begin_writing = begin_writing
         self._visitors: dict[str, dict[int, Visitor]] = {}
         self._unknown: dict[tuple[str, int], Attach] = {}
-        """Of accounts that this tower does not know yet, because its picture of the fleet is older."""
+        """Of sign-ins that this tower does not know yet, because its picture of the fleet is older."""
+        self.on_unknown: Callable[[], None] = lambda: None
+        """Called when a session is to be looked up in the database (`unknown_sessions`)."""
+
+    def unknown_sessions(self) -> set[int]:
+        """Sessions of browsers that wait because this tower does not know them: they began after its picture of the
+        fleet, or never were."""
+        signed_in = (sign_in_of(one) for one in self._unknown.values())
+        return {one for one in signed_in if isinstance(one, int) and not self._hub.fleet.knows_sign_in(one)}
 
     def __len__(self) -> int:
         return sum(len(one) for one in self._visitors.values())
@@ -124,21 +135,21 @@ class Visitors:
         self._visitors.pop(tower, None)
 
     def fleet_changed(self, now: float) -> None:
-        """Accounts may be known now."""
+        """Accounts and sessions may be known now."""
         waiting, self._unknown = self._unknown, {}
         for (tower, _), attach in waiting.items():
             self._attach(tower, attach, now)
 
     def _attach(self, tower: str, attach: Attach, now: float) -> None:
-        try:
-            viewer = viewer_of(attach)
-        except ValueError:
-            return  # a role or a scope of a newer version
-        if not self._hub.fleet.is_current(viewer, self._hub.fleet.revision):
-            self._unknown[tower, attach.number] = attach
-            return
-        number = attach.number
+        number, sign_in = attach.number, sign_in_of(attach)
         self._detach(tower, number, now)
+        viewer = self._hub.fleet.principal_of(sign_in, UserId(attach.user_id), attach.expires_at)
+        if viewer is None:
+            if len(self._unknown) < MAX_UNKNOWN:
+                self._unknown[tower, number] = attach
+            if isinstance(sign_in, int) and not self._hub.fleet.knows_sign_in(sign_in):
+                self.on_unknown()
+            return
 
         def close(code: int, why: str) -> None:
             if code != GOING_DOWN:  # only this tower ends

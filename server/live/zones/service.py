@@ -5,6 +5,7 @@ nothing to the path of a frame but, for a command with a place, the judgement of
 checked by their newest position, at most CHECKS_PER_S times a second.
 """
 
+from collections import Counter
 from collections.abc import Collection, Iterable
 from typing import Final
 
@@ -50,6 +51,10 @@ class ZoneService:
     @property
     def count(self) -> int:
         return len(self._zones)
+
+    def count_by_team(self) -> Counter[int | None]:
+        """How many zones each team has; None: the tower."""
+        return Counter(zone.team_id for zone in self._zones.values())
 
     def replace(self, zones: Iterable[Zone]) -> None:
         """All zones, as the database has them. Tells those whose zones have changed."""

@@ -13,10 +13,6 @@ MAX_POINTS: Final = 500
 """Of one zone. Airspace as published has fewer."""
 MAX_ZONES: Final = 500
 """Of the whole tower."""
-MAX_OF_TEAMS: Final = 250
-"""Of all teams together: admins always find room for a no-fly zone of the tower."""
-MAX_OF_A_TEAM: Final = 50
-"""Also of all teams together that one person has made, unless that is an admin."""
 MAX_REASON: Final = 200
 MAX_EXTENT_M: Final = 200_000.0
 MAX_LAT_DEG: Final = 85.0

@@ -25,7 +25,7 @@ from server.domain.access import TOKEN_SCOPES
 from server.domain.names import clean_name
 from server.domain.people import Principal, Role, TokenId
 from server.domain.refusal import Refusal
-from server.domain.scopes import Scope
+from server.domain.scopes import Scope, scopes_in
 from server.store.accounts.sessions import hash_token, lacks_demanded_factor
 from server.store.accounts.tables import ApiTokenRow, UserRow
 from server.store.audit.action import AuditAction
@@ -67,7 +67,7 @@ class BadExpiry(Refusal):
 
 def scopes_of(row: ApiTokenRow) -> frozenset[Scope]:
     """Returns the scopes of the token, ignoring scopes that this version does not know."""
-    return frozenset(scope for scope in Scope if scope.value in row.scopes.split())
+    return scopes_in(row.scopes)
 
 
 async def create_token(

@@ -19,6 +19,7 @@ from sqlalchemy.ext.asyncio import AsyncSession
 
 from server.domain.clock import Clock
 from server.domain.people import Principal
+from server.domain.shares import ShareName
 from server.live.alerts.announcer import Announcement, Announcer, Happening
 from server.live.hub import Hub
 from server.runtime.notify.message import Message, NotSent, SubscriptionGone
@@ -151,7 +152,10 @@ class AlertDeliverer:
             for is_last in (False, True):
                 try:
                     async with self._database.writing() as session:
-                        dropped = await outbox.put(session, ready, knows=self._knows, owns=self._owns, now=now)
+                        of_a_drone = self._hub.state.shares.limit(ShareName.DELIVERIES)
+                        dropped = await outbox.put(
+                            session, ready, knows=self._knows, owns=self._owns, now=now, of_a_drone=of_a_drone
+                        )
                     break
                 except IntegrityError:  # another tower has written the same ones just now
                     if is_last:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
@@ -18,6 +19,7 @@ from server.live.alerts.severity import Severity
 from server.store.accounts.tables import UserRow
 from server.store.alert_channels.tables import AlertChannelRow, AlertDeliveryRow
 from server.store.alerts.tables import AlertRow
+from server.store.in_slices import in_slices
 from wire.ids import UserId
 
 AT_ONCE: Final = 20
@@ -28,8 +30,9 @@ RETRY_AFTER: Final = tuple(timedelta(seconds=wait) for wait in (10, 30, 120, 600
 KEPT_FOR: Final = timedelta(days=7)
 MAX_WAITING: Final = 10_000
 """Rows; with more, new announcements are dropped."""
-OF_A_DRONE: Final = 300
-"""Rows about one drone: however much it announces, the others' find room."""
+JUDGED_AT_ONCE: Final = 200
+"""Announcements for channels between two turns of the event loop."""
+WRITTEN_AT_ONCE: Final = 50
 _RANK: Final = {severity: number for number, severity in enumerate(Severity)}
 
 Knows = Callable[[Principal, Announcement], bool]
@@ -57,35 +60,8 @@ def is_wanted(severity: Severity, least: Severity) -> bool:
     return _RANK[severity] <= _RANK[least]
 
 
-async def put(
-    session: AsyncSession,
-    announcements: Iterable[tuple[Announcement, dict[str, Any]]],
-    *,
-    knows: Knows,
-    owns: Owns,
-    now: datetime,
-) -> int:
-    """Writes one row for each channel that gets an announcement; the end of an alert goes where its beginning went.
-    Returns how many were dropped for lack of room. In
-    `Database.writing()`; raises IntegrityError if another tower writes the same ones."""
-    query = (
-        select(AlertChannelRow, UserRow)
-        .join(UserRow, UserRow.id == AlertChannelRow.user_id)
-        .where(AlertChannelRow.code_hash.is_(None), UserRow.disabled.is_(False))
-    )
-    channels = (await session.execute(query)).all()
-    if not channels:
-        return 0
-    wanted = []
-    for announcement, content in announcements:
-        for channel, user in channels:
-            if _gets(channel, user, announcement, knows, owns):
-                wanted.append((channel.id, announcement, content))
-    if not wanted:
-        return 0
-    ids = {announcement.alert.id for _, announcement, _ in wanted}
-    there = select(AlertDeliveryRow.channel_id, AlertDeliveryRow.alert_id, AlertDeliveryRow.happening)
-    known = {tuple(row) for row in await session.execute(there.where(AlertDeliveryRow.alert_id.in_(ids)))}
+async def waiting_by_drone(session: AsyncSession) -> Counter[int | None]:
+    """How many rows wait about each drone; None: about the tower."""
     counted = (
         select(AlertRow.drone_id, func.count())
         .select_from(AlertDeliveryRow)
@@ -93,25 +69,67 @@ async def put(
         .where(AlertDeliveryRow.ended_at.is_(None))
         .group_by(AlertRow.drone_id)
     )
-    waiting: Counter[int | None] = Counter({row[0]: row[1] for row in await session.execute(counted)})
+    return Counter({row[0]: row[1] for row in await session.execute(counted)})
+
+
+async def put(
+    session: AsyncSession,
+    announcements: Iterable[tuple[Announcement, dict[str, Any]]],
+    *,
+    knows: Knows,
+    owns: Owns,
+    now: datetime,
+    of_a_drone: int,
+) -> int:
+    """Writes one row for each channel that gets an announcement; the end of an alert goes where its beginning went.
+    `of_a_drone`: rows about one drone that may wait: however much it announces, the others' find room. Returns how many
+    were dropped for lack of room. In `Database.writing()`; raises IntegrityError if another tower writes the same ones.
+
+    All drones may announce something at once, to everybody's channels: frames pass between the slices.
+    """
+    query = (
+        select(AlertChannelRow, UserRow)
+        .join(UserRow, UserRow.id == AlertChannelRow.user_id)
+        .where(AlertChannelRow.code_hash.is_(None), UserRow.disabled.is_(False))
+    )
+    channels = await in_slices(session, query)
+    if not channels:
+        return 0
+    wanted = []
+    judged = 0
+    for announcement, content in announcements:
+        for channel, user in channels:
+            if _gets(channel, user, announcement, knows, owns):
+                wanted.append((channel.id, announcement, content))
+            judged += 1
+            if judged % JUDGED_AT_ONCE == 0:
+                await asyncio.sleep(0)
+    if not wanted:
+        return 0
+    ids = {announcement.alert.id for _, announcement, _ in wanted}
+    there = select(AlertDeliveryRow.channel_id, AlertDeliveryRow.alert_id, AlertDeliveryRow.happening)
+    known = {tuple(row) for row in await session.execute(there.where(AlertDeliveryRow.alert_id.in_(ids)))}
+    waiting = await waiting_by_drone(session)
     room = MAX_WAITING - waiting.total()
     dropped = 0
     # In order, so that a beginning of this very batch counts for its end.
     new: list[tuple[int, Announcement, dict[str, Any]]] = []
-    for channel_id, announcement, content in wanted:
+    for number, (channel_id, announcement, content) in enumerate(wanted):
+        if number % JUDGED_AT_ONCE == 0:
+            await asyncio.sleep(0)
         happening, alert_id = announcement.happening, announcement.alert.id
         is_told = (channel_id, alert_id, Happening.OPENED.value) in known
         if (channel_id, alert_id, happening.value) in known or (happening is Happening.CLOSED and not is_told):
             continue
         known.add((channel_id, alert_id, happening.value))
         whose = announcement.alert.drone_id
-        if len(new) >= room or (whose is not None and waiting[whose] >= OF_A_DRONE):
+        if len(new) >= room or (whose is not None and waiting[whose] >= of_a_drone):
             dropped += 1
             continue
         waiting[whose] += 1
         new.append((channel_id, announcement, content))
-    if new:
-        # Not as objects: four hundred of them kept every frame waiting for 35 ms.
+    for first in range(0, len(new), WRITTEN_AT_ONCE):
+        # Not as objects: four hundred of them kept every frame waiting for 35 ms, and their JSON in one piece for 50.
         await session.execute(
             insert(AlertDeliveryRow),
             [
@@ -123,7 +141,7 @@ async def put(
                     "created_at": now,
                     "due_at": now,
                 }
-                for channel_id, announcement, content in new
+                for channel_id, announcement, content in new[first : first + WRITTEN_AT_ONCE]
             ],
         )
     return dropped

@@ -16,14 +16,12 @@ from sqlalchemy import select
 from sqlalchemy.exc import SQLAlchemyError
 
 from server.domain.clock import Clock
+from server.domain.shares import ShareName, Shares
 from server.live.alerts.alert import Alert
 from server.store.alerts.tables import AlertRow
 from server.store.audit.trail import Actor, record
 from server.store.database import Database
 
-OF_A_DRONE: Final = 500
-"""While the database is unreachable. Of a drone with more, the newest are not stored: people are told of them all the
-same."""
 AT_ONCE: Final = 200
 TRY_AGAIN_AFTER_S: Final = 1.0
 CAUGHT_UP_WITHIN_S: Final = 5.0
@@ -42,7 +40,8 @@ class Acknowledgement:
 class AlertWriter:
     """One instance per tower."""
 
-    def __init__(self, database: Database, clock: Clock) -> None:
+    def __init__(self, database: Database, clock: Clock, shares: Shares | None = None) -> None:
+        self._shares = shares or Shares()
         self._database = database
         self._clock = clock
         self._waiting: dict[int, Alert] = {}
@@ -56,8 +55,8 @@ class AlertWriter:
     def changed(self, alert: Alert) -> None:
         """The alert is to be stored as it is when its turn comes."""
         if alert.id not in self._waiting:
-            if self._of[alert.drone_id] >= OF_A_DRONE:
-                self.lost += 1
+            if self._of[alert.drone_id] >= self._shares.limit(ShareName.ALERTS):
+                self.lost += 1  # people are told of it all the same
                 _log.error("alert_not_stored", alert=alert.id, rule=alert.rule.name, drone_id=alert.drone_id)
                 return
             self._of[alert.drone_id] += 1
@@ -68,6 +67,10 @@ class AlertWriter:
         """A person has acknowledged it, for the audit trail."""
         self._acknowledged[alert.id] = by
         self.changed(alert)
+
+    def waiting_by_drone(self) -> Counter[int | None]:
+        """How many wait of each drone; None: of the tower."""
+        return +self._of
 
     def waiting(self) -> list[Alert]:
         """Alerts whose stored rows are not up to date."""

@@ -18,6 +18,7 @@ from sqlalchemy.exc import SQLAlchemyError
 from server.domain.access import UnknownDrone
 from server.domain.clock import Clock
 from server.domain.lease import Event
+from server.domain.shares import ShareName
 from server.live.hub import Hub
 from server.live.hub_events import (
     AgentLinked,
@@ -31,6 +32,7 @@ from server.live.hub_events import (
     LossParametersReported,
     MotionSuspected,
     MotorsStopped,
+    NoiseJudged,
     OfferLapsed,
     RightLost,
     RttTooLong,
@@ -62,9 +64,8 @@ MAX_TRIES: Final = 600
 
 CAUGHT_UP_WITHIN_S: Final = 5.0
 
-AGENTS_ROWS: Final = 60
 AGENTS_ROW_EVERY_S: Final = 5.0
-"""What an agent may put into the audit trail at once, and then: it must not bury what others did."""
+"""How often an agent may put something into the audit trail beyond its share: it must not bury what others did."""
 AGENT: Final = Actor(None, "agent")
 _RIGHTS: Final = {"holder": Event.REVOKE, "taken_from": Event.FORGET, "assistant": Event.ASSIST_END}
 _log = structlog.get_logger(__name__)
@@ -98,7 +99,8 @@ class HubEventHandler:
         self._monotonic = monotonic
         self._waiting: dict[DroneId, deque[HubEvent]] = {}
         self._at_work: dict[DroneId, asyncio.Task[None]] = {}
-        self._agents_rows: dict[DroneId, TokenBucket] = {}
+        self._agents_rows: dict[DroneId, tuple[int, TokenBucket]] = {}
+        """With the limit by which it was made."""
         self.agents_rows_left_out = 0
         """Ends of holds that agents reported, and too many for the audit trail."""
 
@@ -216,6 +218,9 @@ class HubEventHandler:
                 await self._record(event.drone_id, "drone.suspicious_motion", {"why": event.why})
             case MotorsStopped():
                 await self._record(event.drone_id, "drone.motors_stopped", {"where": event.where})
+            case NoiseJudged():
+                noise = {"measures": sorted(event.measures), "sends": event.words}
+                await self._record(event.drone_id, "drone.noise_judged", noise)
             case HoldStepReported():
                 await self._record_hold(event)
             case HoldToKeep():
@@ -257,10 +262,13 @@ class HubEventHandler:
             "detail": progress.detail[:256],
             "elapsed_ms": progress.elapsed_ms,
         }
-        room = self._agents_rows.setdefault(
-            event.drone_id, TokenBucket(1 / AGENTS_ROW_EVERY_S, AGENTS_ROWS, self._monotonic())
-        )
-        if not room.take(1, self._monotonic()):
+        now, limit = self._monotonic(), self._hub.state.shares.limit(ShareName.AUDIT_ROWS)
+        made_by, room = self._agents_rows.get(event.drone_id, (0, None))
+        if room is None or made_by != limit:
+            room = TokenBucket(1 / AGENTS_ROW_EVERY_S, limit, now)
+            self._agents_rows[event.drone_id] = limit, room
+        self._hub.state.shares.note(ShareName.AUDIT_ROWS, event.drone_id)
+        if not room.take(1, now):
             self.agents_rows_left_out += 1
             _log.warning("agents_hold_not_recorded", drone_id=event.drone_id, step=progress.step.value)
             return

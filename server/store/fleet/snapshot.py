@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Collection
 from datetime import datetime
 from typing import Final
 
 from sqlalchemy import select, update
 from sqlalchemy.ext.asyncio import AsyncSession
 
-from server.domain.fleet import DroneRecord, FleetSnapshot, LoanRecord, TeamRecord, UserRecord
-from server.domain.people import Role, UserRef
+from server.domain.fleet import DroneRecord, FleetSnapshot, LoanRecord, SignInRecord, TeamRecord, UserRecord
+from server.domain.people import Role, SignInId, TokenId, UserRef
 from server.domain.relations import TeamRole, Ties
+from server.domain.restraint import Measure, Restraint
+from server.domain.scopes import scopes_in
 from server.store.accounts.tables import ApiTokenRow, SessionRow, UserRow
 from server.store.control.tables import ControlLeaseRow
-from server.store.fleet.tables import DroneRow, FleetRevisionRow, LoanRow, OwnershipRow
+from server.store.fleet.tables import DroneRow, FleetRevisionRow, LoanRow, OwnershipRow, RestraintRow, ShareLimitRow
 from server.store.in_slices import slices
 from server.store.teams.tables import TeamDroneRow, TeamMemberRow, TeamRow
 from wire.drone_key import key_bytes
@@ -23,7 +26,9 @@ from wire.ids import DroneId, Epoch, UserId
 REVISION: Final = select(FleetRevisionRow.revision)
 
 
+MAX_NEWER: Final = 1_000
 MEMBERS_AT_ONCE: Final = 500
+SIGN_INS_AT_ONCE: Final = 500
 """Each change of the fleet reads all of them."""
 
 
@@ -62,6 +67,7 @@ async def load_snapshot(session: AsyncSession, now: datetime | None = None) -> F
             record = LoanRecord(borrower, loan.until, loan.may_arm, loan.max_height_m, loan.radius_m)
             loans[loan.drone_id].append(record)
     teams = await _teams(session)
+    restraints = {one.drone_id: _restraint(one) for one in await session.scalars(select(RestraintRow))}
     leases = {one.drone_id: one for one in await session.scalars(select(ControlLeaseRow))}
 
     drones = []
@@ -85,13 +91,55 @@ async def load_snapshot(session: AsyncSession, now: datetime | None = None) -> F
                 public_key=key_bytes(drone.public_key) if drone.public_key else b"",
                 key_since=drone.key_since,
                 team=teams.get(drone.id),
+                restraint=restraints.get(drone.id),
             )
         )
-    token_ids = frozenset(await session.scalars(select(ApiTokenRow.id)))
-    session_ids = frozenset(await session.scalars(select(SessionRow.id)))
+    limits = await session.execute(select(ShareLimitRow.name, ShareLimitRow.value))
     return FleetSnapshot(
-        revision=revision, drones=tuple(drones), users=users, token_ids=token_ids, session_ids=session_ids
+        revision=revision,
+        drones=tuple(drones),
+        users=users,
+        sign_ins=await _sign_ins(session),
+        share_limits={row.name: row.value for row in limits},
     )
+
+
+async def _sign_ins(session: AsyncSession) -> dict[SignInId, SignInRecord]:
+    found: dict[SignInId, SignInRecord] = {}
+    records: dict[tuple[int, str], SignInRecord] = {}
+    """By user and scopes: most people have several that say the same."""
+    async for some in slices(session, select(SessionRow.id, SessionRow.user_id), rows=SIGN_INS_AT_ONCE):
+        for one in some:
+            record = records.get((one.user_id, ""))
+            if record is None:
+                record = records[one.user_id, ""] = SignInRecord(UserId(one.user_id))
+            found[one.id] = record
+    tokens = select(ApiTokenRow.id, ApiTokenRow.user_id, ApiTokenRow.scopes)
+    async for part in slices(session, tokens, rows=SIGN_INS_AT_ONCE):
+        for token in part:
+            key = token.user_id, token.scopes
+            record = records.get(key)
+            if record is None:
+                record = records[key] = SignInRecord(UserId(token.user_id), scopes_in(token.scopes))
+            found[TokenId(token.id)] = record
+    return found
+
+
+async def sessions_among(session: AsyncSession, session_ids: Collection[int]) -> dict[SignInId, SignInRecord]:
+    """Returns those among these sessions that have not ended."""
+    query = select(SessionRow.id, SessionRow.user_id).where(SessionRow.id.in_(session_ids))
+    return {one.id: SignInRecord(UserId(one.user_id)) for one in await session.execute(query)}
+
+
+async def sessions_after(session: AsyncSession, session_id: int) -> dict[SignInId, SignInRecord]:
+    """Returns those with a greater number, the oldest first and at most MAX_NEWER."""
+    query = select(SessionRow.id, SessionRow.user_id).where(SessionRow.id > session_id)
+    found = await session.execute(query.order_by(SessionRow.id).limit(MAX_NEWER))
+    return {one.id: SignInRecord(UserId(one.user_id)) for one in found}
+
+
+def _restraint(row: RestraintRow) -> Restraint:
+    return Restraint(Measure(row.measure), row.reason, row.by_name, row.by_admin, row.since)
 
 
 async def ties_of(session: AsyncSession, drone_id: int, now: datetime) -> Ties:

@@ -51,6 +51,32 @@ class LoanRow(Base):
     """Lent by an admin of this team, and over when drone or borrower leave it; None: lent by an admin of the tower."""
 
 
+class RestraintRow(Base):
+    """What admins do about a drone that sends too much (server.domain.restraint). Deleted when it is lifted."""
+
+    __tablename__ = "drone_restraints"
+    __table_args__ = (CheckConstraint("measure IN ('muted', 'limited', 'quarantined')", name="measure"),)
+
+    drone_id: Mapped[int] = mapped_column(ForeignKey("drones.id", ondelete="CASCADE"), primary_key=True)
+    measure: Mapped[str] = mapped_column(String(16))
+    reason: Mapped[str] = mapped_column(String(200))
+    by_name: Mapped[str] = mapped_column(String(64))
+    by_admin: Mapped[bool]
+    """An admin of the tower, and not of the drone's team."""
+    since: Mapped[datetime] = mapped_column(UtcDateTime)
+
+
+class ShareLimitRow(Base):
+    """A limit that an admin has chosen for a share (server.domain.shares); without a row its default counts."""
+
+    __tablename__ = "share_limits"
+
+    name: Mapped[str] = mapped_column(String(32), primary_key=True)
+    value: Mapped[int]
+    changed_by: Mapped[str] = mapped_column(String(64))
+    changed_at: Mapped[datetime] = mapped_column(UtcDateTime)
+
+
 class EnrolmentRow(Base):
     """Permission to register a key for a drone, once."""
 

@@ -23,6 +23,7 @@ from sqlalchemy import select
 
 from server.domain.clock import Clock
 from server.domain.people import UserRef
+from server.domain.shares import ShareName, Shares
 from server.live.flight_imports.converted import Converted
 from server.live.flight_imports.refusals import BadFlightFile, ImportsFull, UnknownImport
 from server.live.flight_imports.views import ClockJumpView, ImportedFlightView, UploaderView
@@ -34,8 +35,6 @@ from server.store.flight_imports.converting import run_converter
 from wire.ids import UserId
 
 _MB: Final = 1_000_000
-MAX_IMPORTS: Final = 50
-"""Of one person: a list that is read whole."""
 PIECE_WITHIN_S: Final = 30.0
 MAX_NAME: Final = 100
 TLOG, ABOUT, PART = ".tlog", ".json", ".part"
@@ -50,8 +49,16 @@ class FlightImports:
     """`root`: need not exist yet. `budget_bytes`: for the telemetry logs of one person."""
 
     def __init__(
-        self, root: Path, clock: Clock, *, budget_bytes: int, largest_bytes: int, convert: Convert = run_converter
+        self,
+        root: Path,
+        clock: Clock,
+        *,
+        budget_bytes: int,
+        largest_bytes: int,
+        convert: Convert = run_converter,
+        shares: Shares | None = None,
     ) -> None:
+        self._shares = shares or Shares()
         self._root = root
         self._clock = clock
         self._budget_bytes = budget_bytes
@@ -64,6 +71,12 @@ class FlightImports:
         """Newest upload first. None: of everybody."""
         found = await asyncio.to_thread(self._read_all, user_id)
         return sorted(found, key=lambda one: one.uploaded_at, reverse=True)
+
+    async def count_by_person(self) -> dict[UserId, int]:
+        """How many flights each person has imported."""
+        return await asyncio.to_thread(
+            lambda: {user_id: sum(1 for _ in folder.glob(f"*{ABOUT}")) for user_id, folder in self._people()}
+        )
 
     async def get(self, import_id: str) -> ImportedFlightView:
         """Raises UnknownImport."""
@@ -102,7 +115,7 @@ class FlightImports:
     async def _add(self, by: UserRef, name: str, length: int, pieces: AsyncIterator[bytes]) -> ImportedFlightView:
         there = await asyncio.to_thread(self._read_all, by.id)
         used_bytes = sum(one.size_bytes for one in there)
-        if len(there) >= MAX_IMPORTS or used_bytes >= self._budget_bytes:
+        if len(there) >= self._shares.limit(ShareName.IMPORTS) or used_bytes >= self._budget_bytes:
             raise ImportsFull("you have no room for another flight: delete one of yours")
         import_id, folder = secrets.token_hex(8), self._folder(by.id)
         source, target = folder / f"{import_id}.upload{PART}", folder / f"{import_id}{TLOG}{PART}"
@@ -225,10 +238,11 @@ def _keep(target: Path, folder: Path, view: ImportedFlightView) -> None:
     part.replace(about)
 
 
-def new_flight_imports(settings: Settings, clock: Clock) -> FlightImports:
+def new_flight_imports(settings: Settings, clock: Clock, shares: Shares) -> FlightImports:
     return FlightImports(
         settings.files / "flight-imports",
         clock,
         budget_bytes=settings.flight_imports_budget_mb * _MB,
         largest_bytes=settings.flight_import_largest_mb * _MB,
+        shares=shares,
     )

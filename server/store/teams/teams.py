@@ -8,7 +8,7 @@ looked up (`invitations.py`), and for a user a team of others does not exist. Ev
 from __future__ import annotations
 
 import secrets
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -93,6 +93,12 @@ async def list_teams(session: AsyncSession, manager: TeamManager) -> Sequence[Te
 async def find_teams(session: AsyncSession, *, name: str, team_id: int | None) -> Sequence[TeamRow]:
     """Returns the teams of this name, and the one with this id."""
     return (await session.scalars(select(TeamRow).where(or_(TeamRow.name == name, TeamRow.id == team_id)))).all()
+
+
+async def team_names(session: AsyncSession, team_ids: Collection[int]) -> dict[int, str]:
+    """Returns the names of those among these teams that exist."""
+    query = select(TeamRow.id, TeamRow.name).where(TeamRow.id.in_(team_ids))
+    return {row.id: row.name for row in await session.execute(query)}
 
 
 async def get_team(session: AsyncSession, team_id: int, manager: TeamManager) -> TeamRow:

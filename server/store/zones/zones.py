@@ -17,7 +17,8 @@ from sqlalchemy.ext.asyncio import AsyncSession
 
 from server.domain.access import Action, AdminsOnly, Reach, roles_with
 from server.domain.refusal import Refusal
-from server.live.zones.zone import MAX_OF_A_TEAM, MAX_OF_TEAMS, MAX_ZONES
+from server.domain.shares import ShareName, Shares
+from server.live.zones.zone import MAX_ZONES
 from server.store.accounts.tables import UserRow
 from server.store.audit.action import AuditAction
 from server.store.teams.tables import TeamMemberRow, TeamRow
@@ -39,11 +40,12 @@ class UnknownZone(Refusal):
 
 
 class TooManyZones(Refusal):
-    def __init__(self, *, of_team: bool = False, of_teams: bool = False) -> None:
-        if of_team:
-            words = f"a team, or all teams that one person has made, may have {MAX_OF_A_TEAM} zones"
+    def __init__(self, *, of_a_team: int = 0, of_teams: int = 0) -> None:
+        """The limit that was reached."""
+        if of_a_team:
+            words = f"a team, or all teams that one person has made, may have {of_a_team} zones"
         elif of_teams:
-            words = f"all teams together may have {MAX_OF_TEAMS} zones, and they have them: ask an admin of the tower"
+            words = f"all teams together may have {of_teams} zones, and they have them: ask an admin of the tower"
         else:
             words = f"the tower keeps at most {MAX_ZONES} zones"
         super().__init__(f"{words}: delete some first")
@@ -86,10 +88,12 @@ async def teams_of(session: AsyncSession, user_id: int) -> frozenset[int]:
     return frozenset(await session.scalars(select(TeamMemberRow.team_id).where(TeamMemberRow.user_id == user_id)))
 
 
-async def create_zone(session: AsyncSession, zone: Zone, *, manager: TeamManager, action: AuditAction) -> Zone:
+async def create_zone(
+    session: AsyncSession, zone: Zone, *, manager: TeamManager, action: AuditAction, shares: Shares
+) -> Zone:
     """The zone with its id. `zone`: a checked one. Raises AdminsOnly, UnknownTeam, TeamAdminsOnly, TooManyZones."""
     await _require_right(session, zone.team_id, manager)
-    await _require_room(session, zone.team_id)
+    await _require_room(session, zone.team_id, shares)
     row = ZoneRow(id=new_id(), version=1)
     _fill(row, zone, action)
     session.add(row)
@@ -99,7 +103,7 @@ async def create_zone(session: AsyncSession, zone: Zone, *, manager: TeamManager
 
 
 async def replace_zone(
-    session: AsyncSession, zone_id: int, zone: Zone, *, manager: TeamManager, action: AuditAction
+    session: AsyncSession, zone_id: int, zone: Zone, *, manager: TeamManager, action: AuditAction, shares: Shares
 ) -> Zone:
     """`zone.version`: the one to be replaced. Raises what `create_zone` does, UnknownZone, ZoneChangedMeanwhile."""
     row = await _to_change(session, zone_id, manager)
@@ -107,7 +111,7 @@ async def replace_zone(
     if zone.version != row.version:
         raise ZoneChangedMeanwhile(row.version)
     if zone.team_id != row.team_id:
-        await _require_room(session, zone.team_id)
+        await _require_room(session, zone.team_id, shares)
     before = _about(zone_of(row))
     _fill(row, zone, action)
     row.version += 1
@@ -145,15 +149,16 @@ async def _require_right(session: AsyncSession, team_id: int | None, manager: Te
         raise AdminsOnly
 
 
-async def _require_room(session: AsyncSession, team_id: int | None) -> None:
+async def _require_room(session: AsyncSession, team_id: int | None, shares: Shares) -> None:
     """For one zone more of the team; None: of the tower. Raises TooManyZones."""
     whole, of_teams = (await session.execute(select(func.count(ZoneRow.id), func.count(ZoneRow.team_id)))).one()
     if whole >= MAX_ZONES:
         raise TooManyZones
     if team_id is None:
         return
-    if of_teams >= MAX_OF_TEAMS:
-        raise TooManyZones(of_teams=True)
+    all_teams, a_team = shares.limit(ShareName.ZONES_OF_TEAMS), shares.limit(ShareName.ZONES)
+    if of_teams >= all_teams:
+        raise TooManyZones(of_teams=all_teams)
     made_by = await session.scalar(
         select(UserRow.id)
         .join(TeamRow, TeamRow.made_by == UserRow.id)
@@ -164,8 +169,8 @@ async def _require_room(session: AsyncSession, team_id: int | None) -> None:
         share = share.where(ZoneRow.team_id == team_id)
     else:
         share = share.join(TeamRow, TeamRow.id == ZoneRow.team_id).where(TeamRow.made_by == made_by)
-    if (await session.scalar(share) or 0) >= MAX_OF_A_TEAM:
-        raise TooManyZones(of_team=True)
+    if (await session.scalar(share) or 0) >= a_team:
+        raise TooManyZones(of_a_team=a_team)
 
 
 def _fill(row: ZoneRow, zone: Zone, action: AuditAction) -> None:

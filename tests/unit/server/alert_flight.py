@@ -45,7 +45,7 @@ class FlownHub(HeldCopter):
         self.neighbour: bytes | None = None
         """Where drone 2 is, sent five times a second."""
         self.other: FakeAgent | None = None
-        self._next_besides_at = self._next_neighbour_at = 0.0
+        self._next_besides_at = self._next_neighbour_at = self._next_second_at = 0.0
         self.seen: dict[str, list[tuple[int, bool]]] = {}
         """What alice was told: by rule, numbers of alerts and whether they are over."""
         self._told = 0
@@ -85,6 +85,9 @@ class FlownHub(HeldCopter):
             assert self.other is not None
             self.other.send(self.neighbour, now=self.now)
         self.hub.tick(self.now)
+        if self.now >= self._next_second_at:
+            self._next_second_at = self.now + 1.0
+            self.hub.each_second(self.now)
 
     def _to_tower(self, frames: list[bytes]) -> None:
         reports, self._told = self.reported[self._told :], len(self.reported)

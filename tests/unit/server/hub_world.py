@@ -3,8 +3,8 @@
 from collections.abc import Callable, Collection
 from datetime import UTC, datetime
 
-from server.domain.fleet import DroneRecord, FleetSnapshot, UserRecord
-from server.domain.people import Principal, Role, UserRef
+from server.domain.fleet import DroneRecord, FleetSnapshot, SignInRecord, UserRecord
+from server.domain.people import Principal, Role, SignInId, UserRef
 from server.live.hub import Hub
 from server.live.relay.agent_link import AgentLink
 from server.live.relay.browser import Browser
@@ -154,7 +154,8 @@ class HubWorld:
         users = {
             UserId(number): UserRecord(name, role_of(number), number in self.disabled) for number, name in NAMES.items()
         }
-        self.hub.apply_fleet(FleetSnapshot(self.revision, records, users))
+        sign_ins: dict[SignInId, SignInRecord] = {number: SignInRecord(UserId(number)) for number in NAMES}
+        self.hub.apply_fleet(FleetSnapshot(self.revision, records, users, sign_ins))
 
     def agent(self, drone_id: int, *, link_id: int = 0, heard: bool = True, takes: Collection[str] = ()) -> FakeAgent:
         agent = FakeAgent(self.hub, drone_id, link_id=link_id or 100 + drone_id, takes=takes)

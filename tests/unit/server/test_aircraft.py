@@ -11,7 +11,7 @@ from test_zones_of_drones import Scene, position
 from server.live.aircraft.decode import Identity, Kind, Report, Threat, read
 from server.live.aircraft.feed import reports_in
 from server.live.aircraft.messages import AircraftHeard
-from server.live.aircraft.table import MAX_OF_A_DRONE, AircraftTable
+from server.live.aircraft.table import AircraftTable
 from server.live.relay.live_messages import AlertChanged
 from wire.control_messages import AutopilotState
 from wire.dialect import build, mavlink
@@ -84,9 +84,9 @@ def test_what_remote_id_and_collision_say() -> None:
 def test_the_table_is_bounded_for_each_receiver_and_forgets() -> None:
     table = AircraftTable()
     table.take(reported(adsb(0, icao=7), 0.0), DroneId(2), 0.0)
-    for number in range(1000, 1000 + MAX_OF_A_DRONE + 50):
+    for number in range(1000, 1000 + 100 + 50):
         table.take(reported(adsb(0, icao=number), number / 100), DroneId(1), number / 100)
-    assert (len(table), table.left_out) == (MAX_OF_A_DRONE + 1, 50)
+    assert (len(table), table.left_out) == (100 + 1, 50)
     assert "icao:000007" in {one.key for one in table}, "a flood displaces nothing that another receiver hears"
     table.forget_old(1000.0)
     assert len(table) == 0

@@ -151,6 +151,7 @@ SCENES: dict[str, tuple[Facts, Facts, str]] = {
         PARKED,
         "The autopilot of Merlin does not sign with the key of its agent",
     ),
+    "noisy-drone": (replace(PARKED, noise="9 texts a second: muted"), PARKED, "Merlin sends 9 texts a second: muted."),
     "battery-on-ground": (replace(PARKED, battery_percent=10), replace(PARKED, battery_percent=90), "critical: 10 %"),
     "on-hold": (replace(FLYING, hold=HOLD, hold_reason="airspace closed"), FLYING, "Merlin is on hold: airspace"),
     "black-box": (

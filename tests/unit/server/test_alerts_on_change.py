@@ -95,6 +95,7 @@ VALUES: Final[dict[str, tuple[Any, ...]]] = {
     "other_systems": ((), (2,)),
     "hears_agent": (None, True, False),
     "signing": (Signing.OFF, Signing.ON, Signing.WRONG_KEY, Signing.NO_KEY),
+    "noise": ("", "9 texts a second"),
     "falls": ("", "9 m/s"),
     "sinks": ("", "1 m/s"),
     "motors_stopped": ("", "61 m above home"),

@@ -349,6 +349,15 @@ def its_autopilot_signs_with_another_key(flown: FlownHub) -> Scene:
     flown.hub.reports.receive(link, fits, clock())
 
 
+@scene("noisy-drone")
+def it_floods_texts(flown: FlownHub) -> Scene:
+    assert flown.end is not None
+    text = build(mavlink.MAVLink_statustext_message(6, b"hello", 0, 0), system_id=1, component_id=1, sequence=0)
+    for _ in range(20):
+        flown.end.send(*[text] * 10, now=flown.now)
+    yield
+
+
 @scene("black-box")
 def its_disk_is_full(flown: FlownHub) -> Scene:
     assert flown.end is not None

@@ -16,6 +16,7 @@ ROWS = {
     Right.TAKE: "+ + - - - - -",
     Right.ERASE: "+ + + - - - -",
     Right.LEND: "+ + - - - - -",
+    Right.RESTRAIN: "+ + - - - - -",
     Right.RECORD: "+ - - - - - -",
     Right.REHEARSE: "+ - - - - - -",
     Right.CHECKLIST: "+ + + - - - -",

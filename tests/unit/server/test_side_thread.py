@@ -8,7 +8,7 @@ from collections.abc import AsyncIterator, Callable
 
 import pytest
 
-from server.runtime.side_thread import MAX_WAITING, PER_PERSON, TOWERS_OWN, SideThread, TooMuchWork
+from server.runtime.side_thread import MAX_WAITING, TOWERS_OWN, SideThread, TooMuchWork
 
 
 @pytest.fixture
@@ -63,8 +63,8 @@ async def test_a_person_with_much_work_waits_and_the_others_do_not(side: SideThr
 async def test_a_person_and_all_together_may_wait_for_so_much_and_no_more(side: SideThread) -> None:
     gate = Gate()
     waiting: list[asyncio.Future[object]] = [await closed(side, gate)]
-    for person in range(1, MAX_WAITING // PER_PERSON + 1):
-        waiting += [asyncio.ensure_future(side.in_turn(person, lambda: None)) for _ in range(PER_PERSON)]
+    for person in range(1, MAX_WAITING // 4 + 1):
+        waiting += [asyncio.ensure_future(side.in_turn(person, lambda: None)) for _ in range(4)]
     await asyncio.sleep(0)
     for person, whose in ((1, "you already wait"), (99, "the tower is busy")):
         with pytest.raises(TooMuchWork, match=whose):

@@ -21,6 +21,7 @@ export type Enrolment = Schemas['EnrolmentView'];
 export type EnrolmentState = Schemas['EnrolmentState'];
 export type EnrolmentBegun = Schemas['EnrolmentWithToken'];
 export type AuditEvent = Schemas['AuditEventView'];
+export type Share = Schemas['SharedView'];
 export type SystemHealth = Schemas['SystemView'];
 
 export const SCOPES = ['watch', 'fly', 'admin', 'metrics'] as const satisfies readonly Scope[];

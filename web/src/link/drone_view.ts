@@ -26,6 +26,7 @@ const BEFORE_THESE_FIELDS = {
   other_systems: [],
   hears_agent: null,
   signing: 'off',
+  restraint: null,
 } as const satisfies Partial<Drone>;
 
 /** As received: the fields of the first version are present, newer ones may be missing. */

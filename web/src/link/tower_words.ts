@@ -19,8 +19,14 @@ export const operationInWords = forReaders((operation: Operation): Operation => 
 
 export const droneInWords = forReaders((drone: Drone): Drone => ({
   ...inTowerWords(drone, 'profile_why'),
+  restraint: drone.restraint && inTowerWords(drone.restraint, 'reason'),
   hold: drone.hold && inTowerWords(drone.hold, 'waiting_for', 'detail', 'nobody_because'),
 }));
+
+export const restraintsInWords = (found: Schemas['RestraintsView']): Schemas['RestraintsView'] => ({
+  ...found,
+  measures: found.measures.map((one) => inTowerWords(one, 'effect')),
+});
 
 export const lossCheckInWords = forReaders((check: LossCheck): LossCheck => ({
   ...check,

@@ -36,6 +36,9 @@ export type DroneIdentity = Schemas['IdentityView'];
 /** This user's relation to a drone, from the strongest to the weakest: docs/teams.md lists the rights of each. */
 export type Relation = Schemas['Relation'];
 
+/** Against a drone that sends too much. */
+export type Measure = Schemas['Measure'];
+
 type SaidLater =
   'loans' | 'identity' | 'plans' | 'parameters' | 'suspicious_motion' | 'watched_only' | 'relation' | 'team';
 

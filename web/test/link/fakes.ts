@@ -148,6 +148,7 @@ export const A_DRONE: Drone = {
   other_systems: [],
   hears_agent: null,
   signing: 'off',
+  restraint: null,
 };
 
 /** Stage two of a hold, confirmed. Without a holder, it returns in 24 s, by a tower with our clock. */

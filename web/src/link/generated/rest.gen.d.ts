@@ -833,6 +833,22 @@ export interface paths {
         readonly patch?: never;
         readonly trace?: never;
     };
+    readonly "/drones/{drone_id}/restraint": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get: operations["get_restraint"];
+        readonly put: operations["restrain_drone"];
+        readonly post?: never;
+        readonly delete: operations["end_restraint"];
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
     readonly "/drones/{drone_id}/settings": {
         readonly parameters: {
             readonly query?: never;
@@ -1969,6 +1985,38 @@ export interface paths {
         readonly patch?: never;
         readonly trace?: never;
     };
+    readonly "/shares": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get: operations["list_shares"];
+        readonly put?: never;
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
+    readonly "/shares/{share_name}": {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly get?: never;
+        readonly put: operations["change_share"];
+        readonly post?: never;
+        readonly delete?: never;
+        readonly options?: never;
+        readonly head?: never;
+        readonly patch?: never;
+        readonly trace?: never;
+    };
     readonly "/statistics": {
         readonly parameters: {
             readonly query?: never;
@@ -2993,6 +3041,8 @@ export interface components {
                 number,
                 number
             ] | null;
+            /** @description What is done because it sends too much; null: nothing */
+            readonly restraint: components["schemas"]["RestraintView"] | null;
             /**
              * @description Whether autopilot and agent sign what they send each other. `wrong_key`: what comes is not signed with the agent's key, and does not count; `no_key`: the autopilot signs, and the agent has no key
              * @default off
@@ -3718,6 +3768,19 @@ export interface components {
             /** @description Sign-in requires a second factor */
             readonly second_factor: boolean;
         };
+        /**
+         * @description From the mildest to the hardest.
+         * @enum {string}
+         */
+        readonly Measure: "muted" | "limited" | "quarantined";
+        /** @description A measure that may be taken now. */
+        readonly MeasureView: {
+            /** @description What it does to this drone and its flight now, for people */
+            readonly effect: string;
+            readonly measure: components["schemas"]["Measure"];
+            /** @description It may cost a flight: `PUT` needs `confirmed` */
+            readonly needs_confirmation: boolean;
+        };
         readonly MemberRole: {
             readonly role: components["schemas"]["TeamRole"];
         };
@@ -3891,6 +3954,10 @@ export interface components {
             readonly name: string;
             readonly role: components["schemas"]["TeamRole"];
         };
+        readonly NewLimit: {
+            /** @description null: the default */
+            readonly limit: number | null;
+        };
         readonly NewLoan: {
             /** @description Above home */
             readonly max_height_m?: number | null;
@@ -3932,6 +3999,19 @@ export interface components {
              * @default warning
              */
             readonly severity?: components["schemas"]["Severity"];
+        };
+        readonly NewRestraint: {
+            /**
+             * @description Also if the drone loses its link in the air
+             * @default false
+             */
+            readonly confirmed?: boolean;
+            readonly measure: components["schemas"]["Measure"];
+            /**
+             * @description For the people of the drone
+             * @default
+             */
+            readonly reason?: string;
         };
         /** @description `since`: when it was done last, so that hours since then count; missing: now. */
         readonly NewTask: {
@@ -4505,6 +4585,23 @@ export interface components {
          * @enum {string}
          */
         readonly Relation: "admin" | "team-admin" | "owner" | "team-operator" | "borrower" | "observer" | "stranger";
+        readonly RestraintsView: {
+            /** @description The mildest first; each includes the milder ones */
+            readonly measures: readonly components["schemas"]["MeasureView"][];
+            /** @description What is done already; null: nothing */
+            readonly now: components["schemas"]["RestraintView"] | null;
+        };
+        /** @description What is done about a drone that sends more than its share. */
+        readonly RestraintView: {
+            /** @description The admin; null: the tower by itself, until the drone is quiet */
+            readonly by: string | null;
+            /** @description `muted`: its texts, and alerts that are not critical, reach only whoever has the controls; `limited`: its telemetry too passes only twice a second; `quarantined`: its agent gets no link */
+            readonly measure: components["schemas"]["Measure"];
+            /** @description For people */
+            readonly reason: string;
+            /** Format: date-time */
+            readonly since: string;
+        };
         /**
          * @description The role of an account. What each allows is defined only in `access.py` (`REACH`).
          * @enum {string}
@@ -4627,6 +4724,27 @@ export interface components {
             ])[];
             readonly reason: string;
         };
+        readonly SharedView: {
+            /** @description What happens to who asks for more */
+            readonly beyond: string;
+            readonly changed_at: string | null;
+            /** @description The admin who chose the limit; null: it is the default */
+            readonly changed_by: string | null;
+            readonly default: number | null;
+            readonly least: number;
+            /** @description null: it has turns, and needs none */
+            readonly limit: number | null;
+            readonly most: number;
+            readonly name: components["schemas"]["ShareName"];
+            /** @description `used` is that of the last minute or two, and not of now */
+            readonly over_time: boolean;
+            /** @description Who uses most of it at this tower, at most 20 */
+            readonly used: readonly components["schemas"]["UseView"][];
+            readonly what: string;
+            readonly whose: components["schemas"]["Whose"];
+        };
+        /** @enum {string} */
+        readonly ShareName: "requests" | "writes" | "long-work" | "operations" | "recordings" | "imports" | "zones" | "zones-of-teams" | "announcements" | "deliveries" | "alerts" | "audit-rows" | "aircraft";
         /** @description One person's part in a flight. */
         readonly ShareView: {
             /** @description Of it in the air */
@@ -4946,6 +5064,12 @@ export interface components {
             readonly id: number;
             readonly name: string;
         };
+        readonly UseView: {
+            /** @description Of the person, drone or team; null: the tower itself, or all */
+            readonly id: number | null;
+            readonly name: string;
+            readonly used: number;
+        };
         /**
          * @description The state reported to viewers (docs/wire-protocol.md, 4).
          * @enum {string}
@@ -4981,6 +5105,8 @@ export interface components {
             readonly streams: readonly components["schemas"]["VideoStreamView"][];
             readonly words: string;
         };
+        /** @enum {string} */
+        readonly Whose: "person" | "drone" | "team" | "tower";
         readonly ZoneBody: {
             readonly ceiling_m?: number | null;
             readonly floor_m?: number | null;
@@ -6882,6 +7008,76 @@ export interface operations {
                 };
                 content: {
                     readonly "application/json": components["schemas"]["RehearsalBegun"];
+                };
+            };
+        };
+    };
+    readonly get_restraint: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly drone_id: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["RestraintsView"];
+                };
+            };
+        };
+    };
+    readonly restrain_drone: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly drone_id: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody: {
+            readonly content: {
+                readonly "application/json": components["schemas"]["NewRestraint"];
+            };
+        };
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["DroneView"];
+                };
+            };
+        };
+    };
+    readonly end_restraint: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly drone_id: number;
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["DroneView"];
                 };
             };
         };
@@ -9077,6 +9273,52 @@ export interface operations {
                     readonly [name: string]: unknown;
                 };
                 content?: never;
+            };
+        };
+    };
+    readonly list_shares: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path?: never;
+            readonly cookie?: never;
+        };
+        readonly requestBody?: never;
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": readonly components["schemas"]["SharedView"][];
+                };
+            };
+        };
+    };
+    readonly change_share: {
+        readonly parameters: {
+            readonly query?: never;
+            readonly header?: never;
+            readonly path: {
+                readonly share_name: components["schemas"]["ShareName"];
+            };
+            readonly cookie?: never;
+        };
+        readonly requestBody: {
+            readonly content: {
+                readonly "application/json": components["schemas"]["NewLimit"];
+            };
+        };
+        readonly responses: {
+            /** @description Successful Response */
+            readonly 200: {
+                headers: {
+                    readonly [name: string]: unknown;
+                };
+                content: {
+                    readonly "application/json": components["schemas"]["SharedView"];
+                };
             };
         };
     };
