@@ -64,11 +64,7 @@ def fly(console: ConsolePage, drone: str, height_m: int, click: tuple[float, flo
     console.part("takeoff-height").fill(str(height_m))
     console.hold_take_off(drone)
     console.wait("height", lambda: console.number("altitude") > height_m - 1)
-    console.part("action-goto").click()
-    box = console.part("map").bounding_box()
-    assert box is not None
-    console.page.mouse.click(box["x"] + box["width"] * click[0], box["y"] + box["height"] * click[1])
-    console.part("goto-confirm").click()
+    console.go_here(*click)
 
 
 def look_at_administration(admin: ConsolePage) -> None:
@@ -170,8 +166,7 @@ def land(console: ConsolePage, drone: str, admin: Visitor) -> None:
     """Ends the flight, so that it can be replayed."""
     console.open("/#/")
     console.open_drone(drone)
-    console.part("action-land").click()
-    console.part("confirm-button").click(delay=1100)
+    console.ends_flight("land")
     console.wait("the end of the flight", lambda: console.word("armed") == "false")
     kept = lambda: admin.ask("GET", "/flights/1").json["state"] != "recording"  # noqa: E731
     console.wait("the whole record of it", kept)

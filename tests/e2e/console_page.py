@@ -41,6 +41,19 @@ NO_MAP: Final = (
 )
 """For a test that is not about the map: loading and drawing it takes as long as all the rest of the console."""
 
+WATCH_HELD: Final = """(one, withinMs) => {
+  one.wasHeld = new Promise((done, fail) => {
+    let isHeld = false;
+    new MutationObserver(() => {
+      const was = isHeld;
+      isHeld = one.classList.contains('held');
+      if (was && !isHeld) done();
+    }).observe(one, { attributeFilter: ['class'] });
+    setTimeout(() => fail(new Error('it was not held')), withinMs);
+  });
+}"""
+"""`wasHeld` of a button that is held resolves when it has acted: a busy page takes longer than the second."""
+
 
 class Somebody(Protocol):
     """Opens the console in a separate browser profile; with `has_touch` on a tablet, with `is_first` for a user who has
@@ -177,6 +190,26 @@ class ConsolePage:
             self.wait("the button to be held long enough", lambda: dialog.count() == 0)
             self.page.mouse.up()
         expect(dialog).to_have_count(0)
+
+    def ends_flight(self, end: str) -> None:
+        """Holds "return" or "land" in the flight bar for as long as it wants."""
+        button = self.part(f"bar-{end}")
+        button.hover()
+        button.evaluate(WATCH_HELD, FLIGHT_TIMEOUT_S * 1000)
+        self.page.mouse.down()
+        button.evaluate("(one) => one.wasHeld")
+        self.page.mouse.up()
+
+    def go_here(self, *share: float) -> None:
+        """Presses the map (at these shares of its width and height, its middle by default), and "go here"."""
+        self.press_map(*share)
+        self.part("goto-confirm").click()
+
+    def press_map(self, across: float = 0.5, down: float = 0.5) -> None:
+        box = self.part("map").bounding_box()
+        assert box is not None
+        self.page.mouse.click(box["x"] + box["width"] * across, box["y"] + box["height"] * down)
+        expect(self.part("map-menu")).to_be_visible()
 
     def word(self, name: str) -> str:
         return self.part(f"value-{name}").get_attribute("data-value") or ""

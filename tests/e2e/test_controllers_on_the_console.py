@@ -56,7 +56,7 @@ def test_the_holder_starts_a_controller_and_a_hold_ends_it(somebody: Somebody) -
 
     alice.wait("the controller to fly", flies)
     expect(alice.part("controller-running")).to_contain_text("left, started by alice")
-    alice.part("action-hold").click()
+    alice.part("bar-hold").click()
     expect(alice.part("controller-running")).to_have_count(0)
     expect(alice.part("controller-end")).to_contain_text("The last one:")
     expect(alice.part("controller-name")).to_be_visible()

@@ -224,12 +224,12 @@ def test_hold_works_over_a_place_an_upload_and_a_proof(come: Somebody, field: tu
     alice.take_off("Kestrel", 8)
     page.keyboard.press("g")
     page.keyboard.press("Enter")
-    expect(alice.part("goto-dialog")).to_be_visible()
+    expect(alice.part("map-menu")).to_be_visible()
     for press in PRESSES:
         expect_hold(alice, tap, press, "go to")
-        expect(alice.part("goto-dialog")).to_be_visible()
+        expect(alice.part("map-menu")).to_be_visible()
     page.keyboard.press("Escape")
-    expect(dialog).to_have_count(0)
+    expect(alice.part("map-menu")).to_have_count(0)
 
     page.evaluate("window.location.hash = '#/missions/1'")
     alice.part("plan-file").set_input_files(CHECKOUT / "web" / "test" / "plan" / "files" / "survey.plan")
@@ -394,9 +394,11 @@ def test_the_commonest_deeds_counted_in_clicks(come: Somebody, field: tuple[Worl
     with clicks(alice, "take up the controls", 1):
         alice.part("control-acquire").click()
         expect(alice.part("bar-own")).to_contain_text("Kestrel")
-    alice.page.evaluate("window.location.hash = '#/drone/2'")
-    expect(alice.part("bar-other")).to_contain_text("Merlin")
-    with clicks(alice, "switch drones", 2):
+    with clicks(alice, "look at another drone", 2):
+        alice.part("bar-switch").click()
+        alice.page.locator("[data-testid=switch-drone][data-drone-id='2']").click()
+        expect(alice.part("bar-other")).to_contain_text("Merlin")
+    with clicks(alice, "take it in place of one's own", 2):
         alice.part("bar-take").click()
         expect(alice.page.get_by_role("dialog")).to_contain_text("You control Kestrel. Release it and take Merlin?")
         alice.part("confirm-button").click()
@@ -407,17 +409,12 @@ def test_the_commonest_deeds_counted_in_clicks(come: Somebody, field: tuple[Worl
     with clicks(alice, "arm and take off", 1):  # held for a second
         alice.part("action-takeoff").click(delay=1100)
         alice.wait("the take-off", lambda: alice.number("altitude") > 9)
-    with clicks(alice, "go to a place", 3):
-        alice.part("action-goto").click()
-        box = alice.part("map").bounding_box()
-        assert box is not None
-        alice.page.mouse.click(box["x"] + box["width"] * 0.6, box["y"] + box["height"] * 0.6)
-        alice.part("goto-confirm").click()
+    with clicks(alice, "go to a place", 2):
+        alice.go_here(0.6, 0.6)
         alice.wait("the way there", lambda: alice.number("speed") > 1)
-    for deed, button, mode in (("return", "action-return", "RTL"), ("land", "action-land", "LAND")):
-        with clicks(alice, deed, 2):
-            alice.part(button).click()
-            alice.part("confirm-button").click(delay=1100)  # held for a second
+    for deed, mode in (("return", "RTL"), ("land", "LAND")):
+        with clicks(alice, deed, 1):  # held for a second
+            alice.ends_flight(deed)
             alice.wait(mode, lambda mode=mode: alice.word("mode") == mode)  # type: ignore[misc]
         with clicks(alice, "hold", 1):
             alice.part("bar-hold").click()

@@ -38,20 +38,17 @@ def test_an_operator_flies_their_drone_there_and_back(somebody: Somebody) -> Non
     alice.wait("10 m", lambda: abs(alice.number("altitude") - 10) < 0.5)
 
     # Go-to by a click on the map, away from the middle where the drone is.
-    alice.part("action-goto").click()
-    box = alice.part("map").bounding_box()
-    assert box is not None
-    alice.page.mouse.click(box["x"] + box["width"] * 0.62, box["y"] + box["height"] * 0.35)
-    dialog = alice.page.get_by_role("dialog")
-    expect(dialog).to_contain_text("Fly Kestrel to")
+    alice.press_map(0.62, 0.35)
+    expect(alice.part("map-menu")).to_contain_text("Kestrel")
+    expect(alice.part("place-facts")).to_contain_text(" away")
+    alice.part("place-more").locator("summary").click()
     target = (float(alice.part("goto-lat").input_value()), float(alice.part("goto-lon").input_value()))
     assert alice.distance_m(*target) > 10
     alice.part("goto-confirm").click()
     alice.wait("arrival", lambda: alice.distance_m(*target) < 2 and alice.number("speed") < 0.5)
     assert abs(alice.number("altitude") - 10) < 1
 
-    alice.part("action-return").click()
-    alice.confirm("Kestrel")
+    alice.ends_flight("return")
     alice.wait("RTL", lambda: alice.word("mode") == "RTL")
     alice.wait("landing", lambda: alice.word("armed") == "false")
     assert alice.distance_m(*home) < 2
@@ -70,12 +67,11 @@ def test_take_off_and_land_from_one_button_each(somebody: Somebody) -> None:
     bob.part("takeoff-height").fill("6")
     bob.hold_take_off("Merlin")
     bob.wait("6 m", lambda: abs(bob.number("altitude") - 6) < 0.5)
-    bob.part("action-hold").click()
+    bob.part("bar-hold").click()
     # Without a pilot at the sticks, only a mode that needs none keeps height.
     bob.wait("BRAKE", lambda: bob.word("mode") == "BRAKE")
     assert abs(bob.number("altitude") - 6) < 0.5
-    bob.part("action-land").click()
-    bob.confirm("Merlin")
+    bob.ends_flight("land")
     bob.wait("landing", lambda: bob.word("armed") == "false")
 
 

@@ -67,10 +67,8 @@ def test_it_follows_keeps_its_place_and_holds_when_stopped_or_when_the_leader_la
 
     alice.wait("its place", in_place)
     begins = bob.number("latitude")
-    bob.part("action-goto").click()
-    box = bob.part("map").bounding_box()
-    assert box is not None
-    bob.page.mouse.click(box["x"] + box["width"] * 0.5, box["y"] + box["height"] * 0.5)
+    bob.press_map()
+    bob.part("place-more").locator("summary").click()
     bob.part("goto-lat").fill(f"{begins + 40 / METRES_PER_DEGREE:.7f}")
     bob.part("goto-lon").fill(f"{bob.number('longitude'):.7f}")
     bob.part("goto-confirm").click()
@@ -92,8 +90,7 @@ def test_it_follows_keeps_its_place_and_holds_when_stopped_or_when_the_leader_la
     # A page opened meanwhile shows it too.
     alice.page.reload()
     expect(alice.part("follow-phase")).to_contain_text("Kestrel: following Osprey")
-    bob.part("action-land").click()
-    bob.confirm("Osprey")
+    bob.ends_flight("land")
     expect(alice.part("follow-end")).to_contain_text("Osprey is not in the air", timeout=60_000)
     expect(alice.part("follow-end")).to_contain_text("Kestrel")
     expect(alice.part("follow-end")).to_contain_text("It holds in BRAKE")

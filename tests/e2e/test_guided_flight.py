@@ -79,16 +79,12 @@ def test_a_mission_is_started_paused_jumped_in_and_left(somebody: Somebody) -> N
 
     # On the way, the nose turns to a clicked position. ArduCopter circles in missions only, so no orbit is requested.
     alice.part("in-flight").locator("summary").click()
-    expect(alice.part("action-orbit")).to_have_count(0)
-    alice.part("action-roi").click()
-    box = alice.part("map").bounding_box()
-    assert box is not None
-    alice.page.mouse.click(box["x"] + box["width"] * 0.5, box["y"] + box["height"] * 0.3)
-    expect(alice.part("roi-dialog")).to_contain_text("Have Kestrel look at")
+    alice.press_map(0.5, 0.3)
+    expect(alice.part("place-note")).to_contain_text("Kestrel leaves its mission")
+    expect(alice.part("orbit-confirm")).to_have_count(0)
     alice.part("roi-confirm").click()
     done(alice, "Look at")
     alice.part("action-roi-none").click()
     done(alice, "Look ahead")
-    alice.part("action-return").click()
-    alice.confirm("Kestrel")
+    alice.ends_flight("return")
     alice.wait("RTL", lambda: alice.word("mode") == "RTL")

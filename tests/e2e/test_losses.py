@@ -39,7 +39,7 @@ def test_what_a_loss_would_do_is_said_before_and_counted_down_in_the_air(somebod
     expect(alice.part("countdown")).to_contain_text("At the last contact, Kestrel was in GUIDED.")
     expect(alice.part("countdown")).to_contain_text("its agent will return it in about")
     expect(alice.part("countdown")).to_contain_text("if its agent is alive")
-    expect(alice.part("action-land")).to_be_disabled()
+    expect(alice.part("bar-land")).to_be_disabled()
     before = int(alice.part("countdown").get_attribute("data-seconds") or 0)
     assert 0 < before <= 30
     alice.wait("counting", lambda: int(alice.part("countdown").get_attribute("data-seconds") or 0) < before)

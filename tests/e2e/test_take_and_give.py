@@ -10,15 +10,15 @@ ACTIONS = (
     "action-disarm",
     "action-takeoff",
     "action-goto",
-    "action-hold",
-    "action-return",
-    "action-land",
 )
+OF_THE_BAR = ("bar-hold", "bar-return", "bar-land")
 
 
 def expect_grey(console: ConsolePage) -> None:
     for action in (*ACTIONS, "manual-toggle"):
         expect(console.part(action)).to_be_disabled()
+    for action in OF_THE_BAR:
+        expect(console.part(action)).to_have_count(0)
 
 
 def alice_and_admin(somebody: Somebody) -> tuple[ConsolePage, ConsolePage]:
@@ -116,14 +116,14 @@ def test_while_an_admin_assists_the_operator_waits_and_goes_on_by_herself(somebo
     admin.confirm("Kestrel")
     expect(alice.part("assist-banner")).to_contain_text("admin assists you with Kestrel")
     expect(alice.part("blocked-reason")).to_contain_text("You fly Kestrel, admin assists")
-    expect(admin.part("action-hold")).to_be_enabled()
+    expect(admin.part("bar-hold")).to_be_enabled()
 
     # Both move the sticks; the admin's pass.
     fly_by_hand(alice)
     fly_by_hand(admin)
     expect(alice.part("assist-banner")).to_contain_text("admin assists: your commands wait")
     expect(alice.part("blocked-reason")).to_contain_text("admin assists: your commands wait")
-    for action in ACTIONS:
+    for action in (*ACTIONS, "bar-return", "bar-land"):
         expect(alice.part(action)).to_be_disabled()
     refusal = alice.part("messages").get_by_test_id("message").filter(has_text="admin")
     expect(refusal.filter(has_text="assist").last).to_be_visible()
@@ -134,11 +134,11 @@ def test_while_an_admin_assists_the_operator_waits_and_goes_on_by_herself(somebo
     expect(alice.part("assist-banner")).to_have_attribute("data-waits", "false")
     expect(alice.part("blocked-reason")).to_contain_text("You fly Kestrel")
     expect(alice.part("manual-bars")).to_have_attribute("data-phase", "flying")
-    expect(alice.part("action-hold")).to_be_enabled()
+    expect(alice.part("action-arm")).to_be_enabled()
 
     admin.part("control-unassist").click()
     expect(alice.part("assist-banner")).to_have_count(0)
-    expect(admin.part("action-hold")).to_be_disabled()
+    expect(admin.part("bar-hold")).to_have_count(0)
 
 
 def fly_by_hand(console: ConsolePage) -> None:

@@ -61,7 +61,7 @@ def test_every_target_is_as_large_as_a_finger(come: Somebody) -> None:
     console.acquire("Kestrel")
     console.take_off("Kestrel", 8)
     measured.look("control, in flight")
-    for opener in ("open-settings", "open-keys", "rehearse", "action-land", "manual-toggle"):
+    for opener in ("open-settings", "open-keys", "rehearse", "action-disarm", "manual-toggle"):
         part(opener).click()
         expect(page.get_by_role("dialog")).to_be_visible()
         measured.look(f"control, {opener}")

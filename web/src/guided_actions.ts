@@ -52,7 +52,7 @@ export class GuidedActions {
     await this.#vehicle.command(label, command);
   }
 
-  /** The dialog that set place and radius has asked already. */
+  /** Never asks, like a go-to: Hold ends it. */
   async orbit({ latDeg, lonDeg, altRelM, radiusM, isClockwise, speedMps }: Circle): Promise<void> {
     await this.#command(
       t('Circle of {far} round {latLon} at {altRel}', {
@@ -71,7 +71,7 @@ export class GuidedActions {
     );
   }
 
-  /** The dialog that set the place has asked already. */
+  /** Never asks: only the camera, or the nose, moves. */
   async lookAt({ latDeg, lonDeg, altRelM }: Target): Promise<void> {
     const command = { command: 'roi', lat: latDeg, lon: lonDeg, height_m: altRelM } as const;
     await this.#command(t('Look at {latLon}', { latLon: latLon({ latDeg, lonDeg }) }), command);

@@ -1,7 +1,8 @@
 /** The commands of a pilot, with a question before each dangerous one. For buttons, keys and pads alike. */
 
 import { confirmArming } from './arming';
-import { ask, FALLS_S, LEAVES_OR_ENDS_S } from './confirmation.svelte';
+import { ask, FALLS_S } from './confirmation.svelte';
+import { land, returnHome } from './flight_ends';
 import { t } from './languages/text';
 import type { FlightValues } from './link/flight_values';
 import { modeSetOf, type Mode } from './link/modes';
@@ -94,20 +95,12 @@ export class PilotActions {
     if (agreed) await this.#vehicle.command(label, command, agreed);
   }
 
-  async returnHome(): Promise<void> {
-    const text = t('{name} flies back to its home and lands there.', { name: this.#name });
-    const title = t('Return {name}?', { name: this.#name });
-    if (await ask({ title, text, confirmLabel: t('Return'), heldS: LEAVES_OR_ENDS_S })) {
-      await this.#vehicle.command(t('Return'), { command: 'rtl' });
-    }
+  returnHome(): Promise<void> {
+    return returnHome(this.#vehicle);
   }
 
-  async land(): Promise<void> {
-    const text = t('{name} lands where it is now.', { name: this.#name });
-    const title = t('Land {name} here?', { name: this.#name });
-    if (await ask({ title, text, confirmLabel: t('Land'), heldS: LEAVES_OR_ENDS_S })) {
-      await this.#vehicle.command(t('Land'), { command: 'land' });
-    }
+  land(): Promise<void> {
+    return land(this.#vehicle);
   }
 
   /** Never asks: it is the remedy when something else goes wrong. */
@@ -147,7 +140,7 @@ export class PilotActions {
       : '';
   }
 
-  /** The dialog that corrected the place has asked already. */
+  /** Never asks: Hold ends it. What it will do stands in the menu of the place (parts/MapMenu.svelte). */
   async goTo(target: Target): Promise<void> {
     await this.#goTo(t('Go to {latLon} at {high}', { latLon: latLon(target), high: high(target.altRelM) }), target);
   }

@@ -23,6 +23,7 @@ export type ShortcutName =
   | 'follow'
   | 'swap'
   | 'messages'
+  | 'switch'
   | 'help';
 
 export interface Shortcut {
@@ -40,9 +41,9 @@ export const SHORTCUTS: readonly Shortcut[] = [
   { key: 'i', name: 'arm', words: t('Arm (asks)') },
   { key: 'I', name: 'disarm', words: t('Disarm (asks; in flight twice)') },
   { key: 't', name: 'takeoff', words: t('To the take-off height; Enter takes off (asks)') },
-  { key: 'g', name: 'goto', words: t('Go to a place: arrows move the map, Enter picks its middle') },
+  { key: 'g', name: 'goto', words: t('To the map: arrows move it, Enter opens the menu of its middle') },
   { key: 'm', name: 'mode', words: t('To the flight mode') },
-  { key: 'e', name: 'height', words: t('To the height in flight; Enter changes it (asks)') },
+  { key: 'e', name: 'height', words: t('To the height in flight; Enter changes it') },
   { key: 'p', name: 'speed', words: t('To the speed in flight') },
   { key: 'n', name: 'heading', words: t('To the heading') },
   { key: 'o', name: 'home', words: t('Set home where the drone is (asks)') },
@@ -51,6 +52,7 @@ export const SHORTCUTS: readonly Shortcut[] = [
   { key: 'f', name: 'follow', words: t('Map follows the drone, on or off') },
   { key: 'v', name: 'swap', words: t('Swap map and video') },
   { key: 'j', name: 'messages', words: t('To the messages') },
+  { key: 'x', name: 'switch', words: t('Change the drone') },
   { key: '?', name: 'help', words: t('This sheet') },
 ];
 

@@ -20,6 +20,6 @@ describe('shortcuts', () => {
       null,
       null,
     ]);
-    expect([press('l', { repeat: true }), press('w'), press('x')]).toEqual([null, null, null]);
+    expect([press('l', { repeat: true }), press('w'), press('q')]).toEqual([null, null, null]);
   });
 });

@@ -32,7 +32,6 @@ export const BY_PLACE = {
   'kept_document.svelte.ts': ['tower.{}'],
   'link/page_alone.ts': ['warning', 'critical'],
   'link/sticks.ts': ['throttle', 'yaw', 'pitch', 'roll'],
-  'parts/PlaceDialog.svelte': ['goto', 'orbit', 'roi'],
   // What canvases and maps are told.
   'map/vector_style.ts': true,
   'map/drone_marker.ts': ['middle', 'left', 'round'],

@@ -9,8 +9,8 @@ import { bearingDeg } from './geometry';
 import type { Place } from './messages';
 
 /** Slower than this is hovering, which says nothing about the way home. */
-const MOVING_MPS = 3;
-const USUAL_MPS = 5;
+export const MOVING_MPS = 3;
+export const USUAL_MPS = 5;
 /** Against a wind as fast as the drone nobody comes home; the estimate then becomes "not enough" and not infinite. */
 const SLOWEST_MPS = 0.5;
 /** As ArduCopter comes down: fast at first, slowly over the last 10 m. */

@@ -56,6 +56,8 @@ export interface Scene {
   readonly selectedId: number | null;
   readonly home: Place | null;
   readonly target: MapTarget | null;
+  /** Where it would fly, while a pilot decides. */
+  readonly proposed?: MapTarget | null;
   /** Between drones that come near each other. */
   readonly near?: readonly NearLine[];
   /** Where a keyboard pick would fall: the middle of the map. */
@@ -143,7 +145,8 @@ export class Overlay {
     drawNearLines(pen, theme, projection, nearLines);
     const inTheWay: Box[] = [];
     if (home) inTheWay.push(around(projection.at(home), HOME_RADIUS_PX));
-    if (target) inTheWay.push(...drawTarget(pen, theme, projection, target));
+    for (const one of [target, this.#scene.proposed])
+      if (one) inTheWay.push(...drawTarget(pen, theme, projection, one));
     for (const { members, x, y } of this.#clusters) {
       if (members.length === 1) continue;
       inTheWay.push(around({ x, y }, CLUSTER_DISC_PX + 2));

@@ -45,6 +45,7 @@ export function sameScene(a: Scene, b: Scene): boolean {
     a.distanceWords === b.distanceWords &&
     samePlace(a.home, b.home) &&
     sameTarget(a.target, b.target) &&
+    sameTarget(a.proposed ?? null, b.proposed ?? null) &&
     sameLines(a.near ?? NONE, b.near ?? NONE) &&
     a.drones.length === b.drones.length &&
     a.drones.every((drone, index) => sameDrone(drone, b.drones[index]!))

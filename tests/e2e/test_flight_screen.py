@@ -1,0 +1,116 @@
+"""The flight screen: the menu of a pressed place, the bar with what ends a flight, the switcher, at three sizes."""
+
+from collections.abc import Iterator
+from typing import Final
+
+import pytest
+from console_page import SIMULATOR, ConsolePage, Somebody, signed_in
+from playwright.sync_api import expect
+from worlds.processes import World
+
+SIZES: Final = ((1440, 900), (1024, 768), (390, 844))
+PHONE_HEAD_PX: Final = 120
+AT_TOP: Final = """(part) => {
+  const { left, top, width, height } = part.getBoundingClientRect();
+  const above = document.elementFromPoint(left + width / 2, top + height / 2);
+  return above !== null && (part === above || part.contains(above));
+}"""
+"""Whether nothing covers the middle of it."""
+HAS_PX4: Final = ("--flavour", "px4")
+
+
+@pytest.fixture
+def px4_world(quiet_world: World) -> Iterator[World]:
+    quiet_world.start_simulated("Kestrel", options=(*SIMULATOR, *HAS_PX4))
+    quiet_world.wait_until_online(quiet_world.visitor("admin"), 1)
+    yield quiet_world
+
+
+@pytest.fixture
+def px4(px4_world: World, somebody_early: Somebody) -> ConsolePage:
+    alice = signed_in(somebody_early, "alice", "Kestrel", has_map=True)
+    alice.acquire("Kestrel")
+    alice.wait("its home", lambda: alice.word("distance-to-home") != "")
+    alice.take_off("Kestrel", 10)
+    return alice
+
+
+def test_a_pressed_place_stays_in_sight_and_offers_what_the_vehicle_can(px4: ConsolePage) -> None:
+    for width, height in SIZES:
+        px4.page.set_viewport_size({"width": width, "height": height})
+        box = px4.part("map").bounding_box()
+        assert box is not None
+        px4.press_map(0.6, 0.6)
+        menu = px4.part("map-menu")
+        panel = menu.bounding_box()
+        assert panel is not None
+        assert panel["y"] - box["y"] >= 60 or panel["x"] - box["x"] >= 60, f"{width}: no room for the place"
+        if width > 600:  # on a phone the map moves up to make room (beside_target.test.ts)
+            x, y = box["x"] + box["width"] * 0.6, box["y"] + box["height"] * 0.6
+            inside = panel["x"] < x < panel["x"] + panel["width"] and panel["y"] < y < panel["y"] + panel["height"]
+            assert not inside, f"{width}: the menu covers the place"
+        for part in ("goto-confirm", "orbit-confirm", "roi-confirm", "home-confirm", "place-measure"):
+            assert px4.part(part).evaluate(AT_TOP), f"{width}: {part} is covered"
+        px4.page.keyboard.press("Escape")
+        expect(menu).to_have_count(0)
+
+    # Two presses circle; the height is typed while the place is in sight, and Enter goes there.
+    px4.page.set_viewport_size({"width": 1440, "height": 900})
+    px4.press_map(0.6, 0.6)
+    px4.part("orbit-confirm").click()
+    px4.wait("ORBIT", lambda: "ORBIT" in px4.word("mode"))
+    px4.press_map(0.4, 0.6)
+    expect(px4.part("goto-height")).to_be_focused()
+    px4.page.keyboard.type("14")
+    px4.page.keyboard.press("Enter")
+    expect(px4.part("map-menu")).to_have_count(0)
+    expect(px4.part("bar-answer")).to_contain_text("Go to")
+    px4.wait("14 m", lambda: abs(px4.number("altitude") - 14) < 0.5)
+    # The distance is measured from the place on.
+    px4.press_map(0.3, 0.7)
+    px4.part("place-measure").click()
+    box = px4.part("map").bounding_box()
+    assert box is not None
+    px4.page.mouse.click(box["x"] + box["width"] * 0.5, box["y"] + box["height"] * 0.7)
+    px4.wait("a distance", lambda: float(px4.part("map-measured").get_attribute("data-metres") or 0) > 10)
+    expect(px4.part("map-menu")).to_have_count(0)
+    px4.page.keyboard.press("Escape")
+    expect(px4.part("map-measured")).to_have_count(0)
+
+
+@pytest.mark.drones("Kestrel", "Merlin")
+def test_the_bar_has_what_is_needed_on_a_phone_and_changes_the_drone_only_when_told(somebody: Somebody) -> None:
+    admin = signed_in(somebody, "admin", "Kestrel")
+    admin.acquire("Kestrel")
+    admin.take_off("Kestrel", 6)
+    admin.page.set_viewport_size({"width": 390, "height": 844})
+    main = admin.page.locator("main").bounding_box()
+    assert main is not None and main["y"] <= PHONE_HEAD_PX
+    for part in ("name", "state", "battery", "hold", "return", "land", "switch", "alerts"):
+        expect(admin.part(f"bar-{part}")).to_be_visible()
+        assert admin.part(f"bar-{part}").evaluate(AT_TOP), part
+    # The pages are one press away.
+    expect(admin.part("open-search")).not_to_be_visible()
+    admin.part("bar-pages").click()
+    expect(admin.part("open-search")).to_be_visible()
+    expect(admin.part("user-menu")).to_be_visible()
+
+    # By keyboard, from another page: one's own first, then the others with what they do.
+    admin.page.evaluate("window.location.hash = '#/'")
+    expect(admin.part("open-search")).not_to_be_visible()
+    admin.page.evaluate("document.activeElement?.blur()")
+    admin.page.keyboard.press("x")
+    listed = admin.part("switch-drone")
+    expect(listed).to_have_count(2)
+    expect(listed.first).to_contain_text("Kestrel")
+    expect(listed.first).to_contain_text("You control it")
+    expect(listed.last).to_contain_text("Controls: Free")
+    admin.page.keyboard.press("ArrowDown")
+    admin.page.keyboard.press("Enter")
+    expect(admin.part("bar-other")).to_contain_text("Merlin")
+    # What ends a flight is still for the drone that is flown.
+    expect(admin.part("flight-bar")).to_have_attribute("data-drone-id", "1")
+    admin.ends_flight("land")
+    expect(admin.part("bar-answer")).to_contain_text("Land")
+    admin.page.evaluate("window.location.hash = '#/drone/1'")
+    admin.wait("LAND", lambda: admin.word("mode") == "LAND")
