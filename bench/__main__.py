@@ -14,6 +14,7 @@ import uvloop
 from bench import (
     anonymous,
     audit,
+    calls,
     capacity,
     challenge,
     control,
@@ -44,6 +45,7 @@ from simulator.airframe_model import AirframeModel
 BENCHES: dict[str, tuple[Callable[[Report, argparse.Namespace], Coroutine[Any, Any, None]], str]] = {
     "anonymous": (anonymous.run, anonymous.__doc__ or ""),
     "audit": (audit.run, audit.__doc__ or ""),
+    "calls": (calls.run, calls.__doc__ or ""),
     "capacity": (capacity.run, capacity.__doc__ or ""),
     "challenge": (challenge.run, challenge.__doc__ or ""),
     "control": (control.run, control.__doc__ or ""),

@@ -119,6 +119,10 @@ class AgentCore:
         self._port.sent.clear()
         self._socket.sent.clear()
 
+    def from_autopilot(self, data: bytes) -> None:
+        """Bytes from the autopilot arrive."""
+        self._agent._from_port(data)
+
     def counted(self) -> Counter[str]:
         """Returns every drop of the link so far, and of the fence behind it."""
         counts = self._agent._link.counts + self._agent._onboard.downlink.counts

@@ -25,6 +25,7 @@ from wire.control_messages import HoldProgress, HoldStep, encode_message
 from wire.dialect import build, mavlink
 from wire.ids import DroneId, Epoch, LinkId, UserId
 from wire.sealed_link import SealedLink
+from wire.tagged import tag
 
 DRONE: Final = DroneId(7)
 LINK: Final = LinkId(0x00C0FFEE)
@@ -98,6 +99,16 @@ class TowerCore:
         if self._delivered % _TICK_EVERY == 0:
             self.rest()
         return set(self.hub.state.drops - before), answered
+
+    def from_agent(self, datagram: bytes) -> None:
+        """A sealed datagram of the agent arrives."""
+        self._endpoint.datagram_received(datagram, ("198.51.100.1", 4000), time.monotonic())
+
+    def from_browser(self, frame: bytes) -> bool:
+        """Its pilot sends this frame. Returns whether it went to the agent."""
+        self._answers.clear()
+        self.hub.frames_from_browser(self._browser, tag(DRONE, frame), time.monotonic())
+        return bool(self._answers)
 
     def rest(self) -> None:
         """Advances time: the hub ticks, the browser reads."""

@@ -306,7 +306,9 @@ class Agent:
         now = self._loop.time()
         passed = self._onboard.from_autopilot(frames, now)
         self._send_up(passed)
-        self._flush()
+        self._send_down()
+        if self._onboard.has_news:
+            self._report()
 
     def _send_up(self, frames: list[bytes]) -> None:
         if frames:
@@ -348,7 +350,7 @@ class Agent:
 
     def frames(self, frames: Frames) -> None:
         self._onboard.from_tower(frames, self._loop.time())
-        self._flush()
+        self._send_down()
 
     def tower_heard(self) -> None:
         self._onboard.tower_heard(self._loop.time())
@@ -396,11 +398,17 @@ class Agent:
         self._flush()
 
     def _flush(self) -> None:
+        self._send_down()
+        self._report()
+
+    def _send_down(self) -> None:
         frames = self._onboard.frames_to_autopilot()
         for frame in frames:
             self._port.send(frame)
         if frames:  # the autopilot has them already
             self._black_box.add(frames, self._loop.time())
+
+    def _report(self) -> None:
         for message in self._onboard.messages_to_tower(self._loop.time(), self._link.room):
             self._link.send_message(message)
 

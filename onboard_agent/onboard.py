@@ -115,6 +115,8 @@ class Onboard:
         self.hold = Hold(maker, steps_reported)
         self.counts: Counter[str] = Counter()
         """Dropped frames by reason, except those that the downlink counts."""
+        self.has_news = False
+        """Whether something came that the tower should hear of before the next tick (`messages_to_tower`)."""
         self._gestures = GestureGuard()
         self._watch = PilotWatch(now)
         self._person = PersonWatch()
@@ -188,8 +190,11 @@ class Onboard:
                 continue
             if msgid == TIMESYNC and self._is_answer(frame, now):
                 continue
-            if msgid not in self._work.hears or not self._work.receive(frame, now):
+            heard = msgid in self._work.hears
+            if not heard or not self._work.receive(frame, now):
                 passed.append(frame)
+            if (heard or msgid in _READ) and msgid not in MOVES:
+                self.has_news = True
             system_id, component_id = source(frame)
             if self.autopilot.is_autopilot(system_id, component_id):
                 self.autopilot.anything_heard(now)
@@ -200,7 +205,8 @@ class Onboard:
                 message = decode(frame)
                 if message is not None:
                     self._read(message, frame, now)
-        self._to_autopilot += self._work.due(now)
+        if self.has_news:  # where the drone is comes many times a second, and the next tick is soon enough for it
+            self._to_autopilot += self._work.due(now)
         return self.stream.admit(passed, now)
 
     def _is_answer(self, frame: bytes, now: float) -> bool:
@@ -445,7 +451,9 @@ class Onboard:
 
     def messages_to_tower(self, now: float, room: int = ROOM) -> list[ToTower]:
         """Returns messages for the control channel, in order. Without a link it returns none, and keeps hold progress.
+        There are new ones if `has_news`, and at each tick.
 
         `room`: maximum number of messages that can wait for a later call.
         """
+        self.has_news = False
         return self._outbox.take(now, room)

@@ -29,6 +29,8 @@ FLIES_S: Final = 0.6
 """Sticks may be stale for half a second before the agent holds."""
 SHOWS_S: Final = 1.8
 """By then an autopilot that sends no acknowledgement has shown whether it obeys a command."""
+REFUSED_WITHIN_S: Final = 2.0
+"""After a command: the autopilot has refused the mode, and its EKF failsafe has waited its second."""
 COME_WITHIN_S: Final = 0.15
 """Delay after a mode change: a tick or two."""
 ARREST_M: Final = 4.0
@@ -271,10 +273,11 @@ class OpenHoldModel(RuleBasedStateMachine):
             just_commanded = now - self.commanded_at <= COME_WITHIN_S
             assert orphaned or just_commanded, "a radio failsafe while the agent lives and keeps sticks"
         if why == "EKF failsafe" and alive:
-            # A hold that has just begun may cross the failsafe on the line. A return that somebody commanded goes on
-            # while the agent waits for the sticks of a mode that the autopilot refuses.
-            holds = world.agent.hold.open and now - self.holds_since > COME_WITHIN_S and before is not Mode.RTL
-            assert not holds, "an EKF failsafe while the agent holds"
+            # A hold that has just begun may cross the failsafe on the line. A return or a mission that somebody
+            # commanded goes on while the agent waits for the sticks of a mode that the autopilot refuses.
+            begun = now - self.holds_since <= COME_WITHIN_S
+            flies_itself = before is Mode.RTL or (before is Mode.AUTO and now - self.commanded_at <= REFUSED_WITHIN_S)
+            assert begun or flies_itself or not world.agent.hold.open, "an EKF failsafe while the agent holds"
         if why == "radio failsafe" and orphaned and self.reported_before_death is not None:
             reported = self.reported_before_death.after_sticks
             assert reported is AfterSticks.UNKNOWN or mode in TOLD.get(reported, set()), (
