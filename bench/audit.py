@@ -25,12 +25,12 @@ import asyncpg  # type: ignore[import-untyped]
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 
 from bench.rows import Report
-from server.store.audit.sealer import AuditSealer
-from server.store.audit.search import AuditFilter, page
-from server.store.audit.trail import Actor, record
-from server.store.database import Database, open_database
-from server.store.database_facts import database_facts
-from server.store.schema import migrate
+from server.audit.store.sealer import AuditSealer
+from server.audit.store.search import AuditFilter, page
+from server.audit.store.trail import Actor, record
+from server.storage.database import Database, open_database
+from server.storage.database_facts import database_facts
+from server.storage.schema import migrate
 
 _TESTS: Final = str(Path(__file__).resolve().parents[1] / "tests")
 """They can start a PostgreSQL."""

@@ -23,7 +23,7 @@ from websockets.typing import Subprotocol
 
 from bench.fuzz_messages import MAX_READ_BYTES, MessageFuzzer
 from bench.key_sign_in import say_hello
-from server.live.relay.live_messages import MalformedRequest, decode_request
+from server.live.live_messages import MalformedRequest, decode_request
 from wire.control_messages import KEY_SUBPROTOCOL, MalformedMessage, decode_to_tower
 from wire.drone_key import parse_drone_key
 from wire.frames import MalformedFrame

@@ -14,13 +14,13 @@ from datetime import UTC, datetime
 from typing import Final
 
 from bench.fuzz_datagrams import DatagramFuzzer
-from server.api.relay.data_endpoint import DataEndpoint
-from server.domain.fleet import DroneRecord, FleetSnapshot, UserRecord
-from server.domain.people import Principal, Role, UserRef
+from server.kernel.fleet import DroneRecord, FleetSnapshot, UserRecord
+from server.kernel.people import Principal, Role, UserRef
+from server.link.api.data_endpoint import DataEndpoint
+from server.link.core.agent_link import AgentLink
+from server.link.core.flood_gate import FloodLimits
+from server.live.browser import Browser
 from server.live.hub import Hub
-from server.live.relay.agent_link import AgentLink
-from server.live.relay.browser import Browser
-from server.live.relay.flood_gate import FloodLimits
 from wire.control_messages import HoldProgress, HoldStep, encode_message
 from wire.dialect import build, mavlink
 from wire.ids import DroneId, Epoch, LinkId, UserId

@@ -22,7 +22,7 @@ from bench.fuzz_bytes import Mutator
 from bench.fuzz_channels import Account, Target
 from bench.fuzz_messages import MessageFuzzer
 from bench.key_sign_in import say_hello
-from server.live.video.viewer_messages import MAX_REQUEST_BYTES, MalformedVideoRequest, decode_video_request
+from server.video.core.viewer_messages import MAX_REQUEST_BYTES, MalformedVideoRequest, decode_video_request
 from wire.control_messages import KEY_SUBPROTOCOL, decode_to_agent
 from wire.drone_key import parse_drone_key
 from wire.video import (

@@ -18,14 +18,14 @@ from typing import Final
 import httpx
 
 from bench.lean_browser import LeanBrowser, connect_browser
-from server.domain.people import Role
-from server.store.accounts.passwords import Passwords
-from server.store.accounts.users import create_user
-from server.store.audit.action import AuditAction
-from server.store.audit.trail import COMMAND_LINE
-from server.store.database import open_database
-from server.store.fleet.drones import create_drone, set_key
-from server.store.schema import migrate
+from server.accounts.store.passwords import Passwords
+from server.accounts.store.users import create_user
+from server.audit.store.action import AuditAction
+from server.audit.store.trail import COMMAND_LINE
+from server.fleet.store.drones import create_drone, set_key
+from server.kernel.people import Role
+from server.storage.database import open_database
+from server.storage.schema import migrate
 from wire.drone_key import KEY_BYTES, DroneKey
 from wire.ids import DroneId
 

@@ -46,20 +46,21 @@ NO_TESTS: Final = 5
 _LONG: Final = "pytest.mark.long"
 
 _HOLD: Final = "onboard_agent/failsafe"
-_RELAY: Final = "server/live/relay"
+_CONTROL: Final = "server/control/core"
 _PLANS: Final = "onboard_agent/transactions"
-_AUDIT: Final = "server/store/audit"
-_ALERTS: Final = "server/live/alerts"
+_AUDIT: Final = "server/audit/store"
+_ALERTS: Final = "server/alerts/core"
+_ZONES: Final = "server/airspace/core/zones"
 AREAS: Final[dict[str, tuple[str, ...]]] = {
     "hold": (f"{_HOLD}/hold.py", f"{_HOLD}/stay_stage.py", f"{_HOLD}/lost_action.py"),
-    "lease": ("server/domain/lease.py", "server/domain/lease_rules.py", "server/domain/lease_types.py"),
-    "fence": (f"{_HOLD}/holder.py", f"{_HOLD}/late_frames.py", f"{_RELAY}/lease_changes.py"),
-    "policy": (f"{_RELAY}/policy.py", f"{_RELAY}/loan_limits.py", f"{_RELAY}/loan_requests.py"),
+    "lease": (f"{_CONTROL}/lease.py", f"{_CONTROL}/lease_rules.py", f"{_CONTROL}/lease_types.py"),
+    "fence": (f"{_HOLD}/holder.py", f"{_HOLD}/late_frames.py", f"{_CONTROL}/lease_changes.py"),
+    "policy": (f"{_CONTROL}/policy.py", f"{_CONTROL}/loan_limits.py", f"{_CONTROL}/loan_requests.py"),
     "plans": (f"{_PLANS}/plan_replacement.py", f"{_PLANS}/plan_handler.py"),
-    "access": ("server/domain/access.py", "server/domain/relations.py"),
+    "access": ("server/kernel/access.py", "server/kernel/relations.py"),
     "sealing": ("wire/sealing.py", "wire/sealed_link.py", "wire/replay.py", "wire/rekeying.py"),
     "audit": (f"{_AUDIT}/chain.py", f"{_AUDIT}/sealer.py", f"{_AUDIT}/verifying.py"),
-    "zones": ("wire/zones/area.py", "wire/zones/track.py", "server/live/zones/watch.py", "server/live/zones/check.py"),
+    "zones": ("wire/zones/area.py", "wire/zones/track.py", f"{_ZONES}/watch.py", f"{_ZONES}/check.py"),
     "alerts": (f"{_ALERTS}/rules.py", f"{_ALERTS}/service.py", f"{_ALERTS}/flight_conditions.py"),
 }
 

@@ -29,13 +29,13 @@ from bench.pilot_sticks import take
 from bench.process_cost import cpu_us
 from bench.reconnecting_browsers import Reconnecting, Seat, all_live
 from bench.rows import Report
-from server.api.authentication import COOKIE
-from server.store.accounts.sessions import Sessions
-from server.store.accounts.users import find_user
-from server.store.audit.action import AuditAction
-from server.store.audit.trail import COMMAND_LINE
-from server.store.database import open_database
-from server.store.fleet.drones import add_owner
+from server.accounts.store.sessions import Sessions
+from server.accounts.store.users import find_user
+from server.audit.store.action import AuditAction
+from server.audit.store.trail import COMMAND_LINE
+from server.fleet.store.drones import add_owner
+from server.http.authentication import COOKIE
+from server.storage.database import open_database
 
 BROWSERS: Final = 1000
 DRONES: Final = 200

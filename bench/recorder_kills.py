@@ -22,7 +22,7 @@ from bench.load_agents import LoadAgent, Telemetry, fly, kept_alive, sign_in_all
 from bench.load_frames import EVENT_KINDS, read_plain
 from bench.load_tower import LoadTower, load_tower
 from bench.rows import Report
-from server.live.flights.tlog import read_entries
+from server.flights.core.tlog import read_entries
 
 DRONES: Final = 5
 FRAMES_PER_S: Final = 50.0

@@ -23,7 +23,7 @@ from bench.relay_measure import IDLE_S, Measured, idle_us_per_s, measure
 from bench.relay_sticks import stick_latencies_ms
 from bench.relay_systems import Pattern, System, in_c, mavproxy, ours, share_processors, to_websocket
 from bench.rows import Report
-from server.live.relay.read_pacer import MAX_REST_S
+from server.link.core.read_pacer import MAX_REST_S
 
 PACKED: Final = Pattern("bursts of 5", 5)
 UNPACKED: Final = Pattern("bursts of 5, a datagram each", 5, packed=False)

@@ -25,8 +25,8 @@ NAME: Final = re.compile(
 
 NAMED: Final[Mapping[str, str]] = {
     "wire/dialect.py": "`ardupilotmega` is the name of the MAVLink dialect",
-    "server/api/control/receiver_routes.py": "the description of a field gives the names as examples",
-    "server/live/flight_imports/": "reads the log formats of two autopilots, which are their own",
+    "server/control/api/receiver_routes.py": "the description of a field gives the names as examples",
+    "server/flights/core/imports/": "reads the log formats of two autopilots, which are their own",
     "web/src/words/flight_words.ts": "the names of those formats",
     "web/src/words/help_words.ts": "the help says which of those files can be opened",
     "web/src/parts/replay/ImportsPanel.svelte": "says which of those files can be uploaded",

@@ -7,8 +7,8 @@ from alembic import context
 from sqlalchemy import Connection
 
 from server.runtime.settings import read_settings
-from server.store.database import open_database
-from server.store.tables import METADATA
+from server.storage.database import open_database
+from server.storage.tables import METADATA
 
 
 def _run(connection: Connection) -> None:

@@ -18,8 +18,8 @@ from worlds.postgres import postgres_programs, temporary_postgres
 from worlds.side_by_side import Groups, order_of_start, turns_of_this_run
 from worlds.tiers import register_tiers
 
-from server.store.database import open_database
-from server.store.schema import migrate
+from server.storage.database import open_database
+from server.storage.schema import migrate
 
 CHROMIUM_NAMES: Final = ("chromium", "chromium-browser", "google-chrome")
 HEADLESS_SHELL: Final = "chromium-headless-shell"

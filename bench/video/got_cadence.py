@@ -1,7 +1,7 @@
 """When a viewer sends `got`, as the console's player does (web/src/video/got_cadence.ts). Pure: takes `now`.
 
 While nothing is late it reports occasionally, which is a promise: it reports at once if a picture is late or missing.
-The tower limits its data in transit by the frequent reports that follow (server/live/video/pacing.py).
+The tower limits its data in transit by the frequent reports that follow (server/video/core/pacing.py).
 """
 
 from typing import Final, NamedTuple

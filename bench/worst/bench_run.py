@@ -42,11 +42,11 @@ from bench.worst.full_database import DRONES, fill
 from server.app.composition import create_app
 from server.app.serving import TowerServer
 from server.app.tower import TowerApp
-from server.live.relay.live_messages import FromBrowser
+from server.live.live_messages import FromBrowser
 from server.runtime.garbage import settle_memory
 from server.runtime.listening import address_in_words, listen
 from server.runtime.settings import Settings
-from server.store.database import open_database
+from server.storage.database import open_database
 from wire.control_messages import ToTower
 from wire.zones.nearby import ZONES
 

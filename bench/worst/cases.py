@@ -12,9 +12,9 @@ from typing import Any, Final
 
 from bench.worst.bodies import WorstBodies
 from bench.worst.named import LAST, NAMED, PATHS, PATHS_OF
-from server.api.http.body import bounds
 from server.app.composition import create_app
 from server.app.tower import TowerApp
+from server.http.body import bounds
 from server.runtime.settings import Settings
 
 _JSON: Final = "application/json"

@@ -10,19 +10,19 @@ from typing import Any, Final
 
 from sqlalchemy import Table, insert
 
-from server.live.zones.zone import MAX_POINTS, MAX_ZONES
-from server.store.accounts.tables import ApiTokenRow, SessionRow, UserRow
-from server.store.alert_channels.tables import AlertChannelRow, AlertDeliveryRow
-from server.store.alerts.tables import AlertRow
-from server.store.audit.tables import AuditEventRow
-from server.store.database import Base, Database
-from server.store.fleet.tables import EnrolmentRow, LoanRow, OwnershipRow
-from server.store.flights.tables import FlightFiguresRow, FlightPilotRow, FlightRow, FlightShareRow
-from server.store.maintenance.tables import MaintenanceTaskRow
-from server.store.missions.tables import MissionRow
-from server.store.recordings.tables import RecordingRow
-from server.store.teams.tables import TeamDroneRow, TeamInvitationRow, TeamMemberRow, TeamRow
-from server.store.zones.tables import ZoneRow
+from server.accounts.store.tables import ApiTokenRow, SessionRow, UserRow
+from server.airspace.core.zones.zone import MAX_POINTS, MAX_ZONES
+from server.airspace.store.tables import ZoneRow
+from server.alerts.store.channels.tables import AlertChannelRow, AlertDeliveryRow
+from server.alerts.store.tables import AlertRow
+from server.audit.store.tables import AuditEventRow
+from server.fleet.store.tables import EnrolmentRow, LoanRow, OwnershipRow
+from server.flights.store.tables import FlightFiguresRow, FlightPilotRow, FlightRow, FlightShareRow
+from server.plans.store.tables import MissionRow
+from server.readiness.store.task_tables import MaintenanceTaskRow
+from server.storage.database import Base, Database
+from server.teams.store.tables import TeamDroneRow, TeamInvitationRow, TeamMemberRow, TeamRow
+from server.video.store.tables import RecordingRow
 
 USERS: Final = 300
 DRONES: Final = 200

@@ -19,7 +19,7 @@ from typing import Final
 from onboard_agent.link.backoff import Backoff
 
 SEEK_S: Final = 10.0
-"""The tower keeps a link without a control channel for the same time (server.live.relay.orphans)."""
+"""The tower keeps a link without a control channel for the same time (server.control.core.orphans)."""
 
 SILENT_S: Final = 1.5
 """Silence of the tower: three keep-alives in a row, and the responses to as many, are missing."""

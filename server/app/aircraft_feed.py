@@ -8,10 +8,10 @@ from typing import Final
 
 import structlog
 
-from server.live.aircraft.feed import reports_in
-from server.live.aircraft.service import AircraftService
+from server.airspace.core.aircraft.feed import reports_in
+from server.airspace.core.aircraft.service import AircraftService
+from server.airspace.io import read_feed
 from server.runtime.aligned_timers import rest
-from server.runtime.feed_source import read_feed
 
 POLL_S: Final = 1.0
 _log = structlog.get_logger(__name__)

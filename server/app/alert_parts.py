@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import time
 
-from server.domain.clock import Clock
-from server.live.alerts.announcer import Announcer
+from server.alerts.core.announcer import Announcer
+from server.alerts.io.mail import send_mail
+from server.alerts.io.message import Message, NotSent
+from server.alerts.io.push_encryption import BrowserKeys
+from server.alerts.io.web_push import push
+from server.alerts.io.webhook import call_webhook
+from server.alerts.store.channels.deliverer import AlertDeliverer
+from server.alerts.store.channels.push_key import PushKey
+from server.kernel.clock import Clock
 from server.live.hub import Hub
-from server.runtime.notify.mail import send_mail
-from server.runtime.notify.message import Message, NotSent
-from server.runtime.notify.push_encryption import BrowserKeys
-from server.runtime.notify.web_push import push
-from server.runtime.notify.webhook import call_webhook
 from server.runtime.settings import Settings
 from server.runtime.vault import Vault
-from server.store.alert_channels.deliverer import AlertDeliverer
-from server.store.alert_channels.push_key import PushKey
-from server.store.database import Database
+from server.storage.database import Database
 
 
 def new_alert_deliverer(

@@ -11,15 +11,15 @@ from server import VERSION
 from server.app.commands import audit, drones, elevation, identify, moving, teams, tokens, towers, users
 from server.app.commands.doctor import doctor
 from server.app.commands.session import CommandError, settings_now, with_database
-from server.domain.refusal import Refusal
-from server.runtime.bus_unavailable import BusUnavailable
+from server.fleet.store.tower_identity import forget_identity
+from server.kernel.refusal import Refusal
 from server.runtime.listening import CannotListen, address_in_words, listen
 from server.runtime.settings import Settings, SettingsError
 from server.runtime.vault import VaultError, new_key
-from server.store.database import Database, DatabaseError, DatabaseUnavailable
-from server.store.fleet.tower_identity import forget_identity
-from server.store.schema import DatabaseNotReady
-from server.store.tower_lock import TowerLockHeld
+from server.storage.database import Database, DatabaseError, DatabaseUnavailable
+from server.storage.schema import DatabaseNotReady
+from server.towers.io.bus_unavailable import BusUnavailable
+from server.towers.store.tower_lock import TowerLockHeld
 
 app = typer.Typer(
     name="tower",
@@ -63,9 +63,9 @@ def serve(
     from server.runtime.garbage import unsearched
 
     with unsearched():  # takes half a second to import, which the other commands do not need
-        from server.api.relay.tls_binding import require_certificate
         from server.app.composition import create_app
         from server.app.serving import run
+        from server.link.api.tls_binding import require_certificate
 
     settings = settings_now()
     if settings.tls_certificate is not None:

@@ -10,30 +10,25 @@ from functools import partial
 from urllib.parse import urlsplit
 
 from server import VERSION
-from server.api.anonymous.request_gate import RequestGate
-from server.api.authentication import Authenticator
-from server.api.dependencies import provide, provide_data_endpoint
-from server.api.http.body import BodyCheck
-from server.api.http.console import serve_console
-from server.api.http.cookie_prefix import CookiePrefix
-from server.api.http.database_wait import BoundedDatabaseWait
-from server.api.http.guards import UnexpectedErrors
-from server.api.http.only_the_tower import OnlyTheTower
-from server.api.http.openapi_file import serve_openapi
-from server.api.http.origin import OriginCheck
-from server.api.http.over_tls import OverTls
-from server.api.http.prepare_routes import prepare_routes
-from server.api.http.problem_docs import describe_problems
-from server.api.http.problems import handle_problems
-from server.api.http.request_ids import RequestIds
-from server.api.http.security_headers import SecurityHeaders
-from server.api.http.security_txt import PATH as SECURITY_TXT
-from server.api.http.security_txt import security_txt
-from server.api.metrics import routes as metrics_routes
-from server.api.relay.agent_sign_in import SignInRules, is_agent
-from server.api.relay.running import running_relay
-from server.api.relay.tls_binding import TlsBinding
-from server.api.remembered import RememberedSignIns
+from server.accounts.core.challenges import Challenges
+from server.accounts.core.throttle import SignInThrottle
+from server.accounts.store.hashing_process import HashingProcess
+from server.accounts.store.known_addresses import remember_addresses
+from server.accounts.store.passkey_sign_in import PasskeySignInService
+from server.accounts.store.password_policy import PasswordPolicy
+from server.accounts.store.passwords import Passwords
+from server.accounts.store.sealed_factors import prepare_vault
+from server.accounts.store.sessions import Sessions
+from server.accounts.store.sign_in import SignInService
+from server.accounts.store.tokens import ApiTokens
+from server.airspace.store.follow import ZoneFollower
+from server.alerts.store.channels.channels import reseal_channels
+from server.alerts.store.left_behind import LeftBehind
+from server.alerts.store.loading import load_alerts
+from server.alerts.store.takeover import AlertTakeover
+from server.alerts.store.writer import AlertWriter
+from server.anonymous.api.request_gate import RequestGate
+from server.anonymous.core.budget import AnonymousBudget, Over
 from server.app.aircraft_feed import AircraftFeed
 from server.app.alert_parts import new_alert_deliverer
 from server.app.map_parts import new_map_parts
@@ -44,12 +39,54 @@ from server.app.sharing import new_lock, share_bus, share_requests
 from server.app.telemetry_parts import new_tracing, trace_requests
 from server.app.tower import Tower, TowerApp
 from server.app.tower_watch import TowerWatch
-from server.domain.clock import Clock, utc_now
-from server.domain.shares import ShareName
-from server.live.accounts.challenges import Challenges
-from server.live.accounts.throttle import SignInThrottle
-from server.live.anonymous.budget import AnonymousBudget, Over
-from server.runtime.agent_packages import AgentPackages
+from server.audit.store.sealer import AuditSealer
+from server.control.store.after_start import end_assistance
+from server.control.store.hub_event_handler import HubEventHandler
+from server.control.store.lease_store import DatabaseLeaseStore
+from server.control.store.loss_checks import LossChecks
+from server.control.store.open_hold_store import load_open_holds
+from server.control.store.rehearsal import Rehearsals
+from server.control.store.service import ControlService
+from server.control.store.settings_store import load_into
+from server.control.store.stay_service import StayService
+from server.fleet.io.agent_packages import AgentPackages
+from server.fleet.store.drones import deleted_among
+from server.fleet.store.enrolment_notifier import EnrolmentNotifier
+from server.fleet.store.exchange import CredentialExchange
+from server.fleet.store.loans import LoanExpiry
+from server.fleet.store.roster import Roster
+from server.fleet.store.tower_identity import TowerIdentity, check_key_is_there
+from server.flights.store.flights import new_flights
+from server.flights.store.imports.service import new_flight_imports
+from server.flights.store.videos.service import FlightVideos
+from server.http.authentication import Authenticator
+from server.http.body import BodyCheck
+from server.http.console import serve_console
+from server.http.cookie_prefix import CookiePrefix
+from server.http.database_wait import BoundedDatabaseWait
+from server.http.dependencies import provide, provide_data_endpoint
+from server.http.guards import UnexpectedErrors
+from server.http.only_the_tower import OnlyTheTower
+from server.http.openapi_file import serve_openapi
+from server.http.origin import OriginCheck
+from server.http.over_tls import OverTls
+from server.http.prepare_routes import prepare_routes
+from server.http.problem_docs import describe_problems
+from server.http.problems import handle_problems
+from server.http.remembered import RememberedSignIns
+from server.http.request_ids import RequestIds
+from server.http.security_headers import SecurityHeaders
+from server.http.security_txt import PATH as SECURITY_TXT
+from server.http.security_txt import security_txt
+from server.kernel.clock import Clock, utc_now
+from server.kernel.shares import ShareName
+from server.link.api.agent_sign_in import SignInRules, is_agent
+from server.link.api.running import running_relay
+from server.link.api.tls_binding import TlsBinding
+from server.logs.store.quota import new_flight_log_quota
+from server.logs.store.receiving import LogReceiver
+from server.monitoring.api import routes as metrics_routes
+from server.operations.store import OperationAuditWriter
 from server.runtime.aligned_timers import SharedChecks
 from server.runtime.background import in_background
 from server.runtime.garbage import unsearched
@@ -58,49 +95,12 @@ from server.runtime.loop_watch import LoopWatch
 from server.runtime.private_files import make_private_folder
 from server.runtime.settings import Settings
 from server.runtime.side_thread import SideThread
-from server.store.accounts.hashing_process import HashingProcess
-from server.store.accounts.known_addresses import remember_addresses
-from server.store.accounts.passkey_sign_in import PasskeySignInService
-from server.store.accounts.password_policy import PasswordPolicy
-from server.store.accounts.passwords import Passwords
-from server.store.accounts.sealed_factors import prepare_vault
-from server.store.accounts.sessions import Sessions
-from server.store.accounts.sign_in import SignInService
-from server.store.accounts.tokens import ApiTokens
-from server.store.alert_channels.channels import reseal_channels
-from server.store.alerts.left_behind import LeftBehind
-from server.store.alerts.loading import load_alerts
-from server.store.alerts.takeover import AlertTakeover
-from server.store.alerts.writer import AlertWriter
-from server.store.audit.sealer import AuditSealer
-from server.store.control.after_start import end_assistance
-from server.store.control.hub_event_handler import HubEventHandler
-from server.store.control.lease_store import DatabaseLeaseStore
-from server.store.control.loss_checks import LossChecks
-from server.store.control.open_hold_store import load_open_holds
-from server.store.control.rehearsal import Rehearsals
-from server.store.control.service import ControlService
-from server.store.control.settings_store import load_into
-from server.store.control.stay_service import StayService
-from server.store.database import open_database
-from server.store.file_accounts import file_accounts
-from server.store.fleet.drones import deleted_among
-from server.store.fleet.enrolment_notifier import EnrolmentNotifier
-from server.store.fleet.exchange import CredentialExchange
-from server.store.fleet.loans import LoanExpiry
-from server.store.fleet.roster import Roster
-from server.store.fleet.tower_identity import TowerIdentity, check_key_is_there
-from server.store.flight_imports.service import new_flight_imports
-from server.store.flight_logs.quota import new_flight_log_quota
-from server.store.flight_logs.receiving import LogReceiver
-from server.store.flight_videos.service import FlightVideos
-from server.store.flights.flights import new_flights
-from server.store.operations.audit_writer import OperationAuditWriter
-from server.store.recordings.capture import HubVideo
-from server.store.recordings.recordings import new_recordings
-from server.store.retention import new_retention
-from server.store.schema import check_schema
-from server.store.zones.follow import ZoneFollower
+from server.storage.database import open_database
+from server.storage.file_accounts import file_accounts
+from server.storage.retention import new_retention
+from server.storage.schema import check_schema
+from server.video.store.capture import HubVideo
+from server.video.store.recordings import new_recordings
 
 
 def create_app(settings: Settings, *, clock: Clock = utc_now) -> TowerApp:

@@ -10,8 +10,8 @@ from typing import Any, Final
 
 import structlog
 
-from server.live.anonymous.limits import LIMITS
-from server.live.anonymous.log_lines import LogBudget
+from server.anonymous.core.limits import LIMITS
+from server.anonymous.core.log_lines import LogBudget
 from server.runtime.request_id import current_request_id
 
 

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from server.runtime.elevation.uploads import ElevationUploads
-from server.runtime.map_files import MapFolder
-from server.runtime.maps.elevation_layer import ElevationLayer
-from server.runtime.maps.terrain import Terrain
-from server.runtime.maps.tile_proxy import TileProxy
-from server.runtime.maps.tile_store import TileStore
+from server.maps.io.elevation.uploads import ElevationUploads
+from server.maps.io.elevation_layer import ElevationLayer
+from server.maps.io.map_files import MapFolder
+from server.maps.io.terrain import Terrain
+from server.maps.io.tile_proxy import TileProxy
+from server.maps.io.tile_store import TileStore
+from server.maps.store.areas import MapAreas
+from server.maps.store.layers import MapLayers
 from server.runtime.settings import Settings
-from server.store.database import Database
-from server.store.maps.areas import MapAreas
-from server.store.maps.layers import MapLayers
+from server.storage.database import Database
 
 
 @dataclass(frozen=True)

@@ -1,10 +1,10 @@
 """Makes the hub with the bounds that the settings give."""
 
-from server.domain.clock import Clock
+from server.airspace.core.separation.bounds import SeparationBounds
+from server.kernel.clock import Clock
+from server.link.core.flood_gate import FloodLimits
+from server.link.core.socket_bounds import SocketBounds
 from server.live.hub import Hub
-from server.live.relay.flood_gate import FloodLimits
-from server.live.relay.socket_bounds import SocketBounds
-from server.live.separation.bounds import SeparationBounds
 from server.runtime.settings import Settings
 
 

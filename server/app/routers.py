@@ -7,7 +7,7 @@ from fastapi import APIRouter, FastAPI
 from fastapi.routing import APIRoute
 from starlette.routing import BaseRoute
 
-from server.api.accounts import (
+from server.accounts.api import (
     passkey_routes,
     preference_routes,
     proof_routes,
@@ -16,44 +16,39 @@ from server.api.accounts import (
     token_routes,
     user_routes,
 )
-from server.api.agent_updates import routes as agent_update_routes
-from server.api.alerts import channel_routes as alert_channel_routes
-from server.api.alerts import delivery_routes as alert_delivery_routes
-from server.api.alerts import push_routes as alert_push_routes
-from server.api.alerts import routes as alert_routes
-from server.api.audit import routes as audit_routes
-from server.api.control import receiver_routes, safety_routes, settings_routes, signing_routes
-from server.api.control import routes as control_routes
-from server.api.controllers import routes as controller_routes
-from server.api.fleet import enrolment_routes, loan_routes, restraint_routes
-from server.api.fleet import routes as fleet_routes
-from server.api.flight_commands import routes as command_routes
-from server.api.flight_logs import routes as log_routes
-from server.api.flights import (
-    display_video_routes,
-    identification_routes,
-    link_places_routes,
-    statistics_routes,
-)
-from server.api.flights import import_routes as flight_import_routes
-from server.api.flights import routes as flight_routes
-from server.api.http import health
-from server.api.maintenance import routes as maintenance_routes
-from server.api.metrics import routes as metrics_routes
-from server.api.missions import library_routes, plan_routes
-from server.api.operations import routes as operation_routes
-from server.api.parameters import routes as parameter_routes
-from server.api.preflight import routes as preflight_routes
-from server.api.recordings import routes as recording_routes
-from server.api.relay import routes as relay_routes
-from server.api.system import routes as system_routes
-from server.api.system import share_routes, tower_routes
-from server.api.teams import routes as team_routes
-from server.api.tiles import admin_routes as map_admin_routes
-from server.api.tiles import elevation_routes, tile_routes
-from server.api.tiles import routes as map_routes
-from server.api.video import routes as video_routes
-from server.api.zones import routes as zone_routes
+from server.airspace import api as zone_routes
+from server.alerts.api import channel_routes as alert_channel_routes
+from server.alerts.api import delivery_routes as alert_delivery_routes
+from server.alerts.api import push_routes as alert_push_routes
+from server.alerts.api import routes as alert_routes
+from server.audit import api as audit_routes
+from server.control.api import receiver_routes, safety_routes, settings_routes, signing_routes
+from server.control.api import routes as control_routes
+from server.fleet.api import enrolment_routes, loan_routes, restraint_routes
+from server.fleet.api import routes as fleet_routes
+from server.fleet.api import update_routes as agent_update_routes
+from server.flights.api import display_video_routes, link_places_routes, statistics_routes
+from server.flights.api import import_routes as flight_import_routes
+from server.flights.api import routes as flight_routes
+from server.http import health
+from server.identification import api as identification_routes
+from server.link.api import routes as relay_routes
+from server.logs import api as log_routes
+from server.maps.api import admin_routes as map_admin_routes
+from server.maps.api import elevation_routes, tile_routes
+from server.maps.api import routes as map_routes
+from server.monitoring.api import routes as metrics_routes
+from server.operations.api import controller_routes
+from server.operations.api import flying_routes as command_routes
+from server.operations.api import routes as operation_routes
+from server.parameters import api as parameter_routes
+from server.plans.api import library_routes, plan_routes
+from server.readiness.api import maintenance_routes
+from server.readiness.api import routes as preflight_routes
+from server.teams import api as team_routes
+from server.towers.api import share_routes, system_routes, tower_routes
+from server.video.api import recording_routes
+from server.video.api import routes as video_routes
 
 ROUTERS: Final[tuple[APIRouter, ...]] = (
     session_routes.router,

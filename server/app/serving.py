@@ -18,18 +18,18 @@ from typing import Final
 
 import uvicorn
 
-from server.api.anonymous.acceptor import Acceptor
-from server.api.anonymous.read_turns import ReadTurns
-from server.api.websocket.direct_websocket import DirectWebSocket
-from server.api.websocket.upgrading_http import UpgradingHttp
+from server.anonymous.api.acceptor import Acceptor
+from server.anonymous.api.read_turns import ReadTurns
+from server.anonymous.core.connections import AnonymousConnection
 from server.app.standby import answering_standby
 from server.app.tower import TowerApp
-from server.live.anonymous.connections import AnonymousConnection
+from server.link.api.websocket.direct_websocket import DirectWebSocket
+from server.link.api.websocket.upgrading_http import UpgradingHttp
 from server.runtime.aligned_timers import BEAT_S, rest
 from server.runtime.garbage import settle_memory
 from server.runtime.listening import address_in_words
-from server.store.database import LockLost
-from server.store.schema import check_schema
+from server.storage.database import LockLost
+from server.storage.schema import check_schema
 
 MAX_MESSAGE_BYTES: Final = 64 * 1024
 """Maximum size of a WebSocket message. The protocol allows 16 KiB upwards; the rest serves to report why a message was

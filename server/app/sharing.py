@@ -8,25 +8,25 @@ from typing import TYPE_CHECKING
 from fastapi import FastAPI
 from prometheus_client import CollectorRegistry
 
-from server.api.authentication import Authenticator
-from server.domain.clock import Clock
-from server.domain.fleet import SignInRecord
-from server.domain.people import SignInId
+from server.control.store.hub_event_handler import HubEventHandler
+from server.control.store.lease_store import DatabaseLeaseStore
+from server.control.store.loss_checks import LossChecks
+from server.control.store.service import ControlService
+from server.fleet.store.snapshot import sessions_after, sessions_among
+from server.http.authentication import Authenticator
+from server.kernel.clock import Clock
+from server.kernel.fleet import SignInRecord
+from server.kernel.people import SignInId
 from server.live.hub import Hub
-from server.live.towers.messages import BUS_VERSION
 from server.runtime.settings import Settings
 from server.runtime.vault import Vault
-from server.store.control.hub_event_handler import HubEventHandler
-from server.store.control.lease_store import DatabaseLeaseStore
-from server.store.control.loss_checks import LossChecks
-from server.store.control.service import ControlService
-from server.store.database import Database
-from server.store.fleet.snapshot import sessions_after, sessions_among
-from server.store.tower_lock import TowerLock
-from server.store.towers.membership import TowerMembership
+from server.storage.database import Database
+from server.towers.core.messages import BUS_VERSION
+from server.towers.store.membership import TowerMembership
+from server.towers.store.tower_lock import TowerLock
 
 if TYPE_CHECKING:
-    from server.api.bus.several_towers import SeveralTowers
+    from server.towers.api.several_towers import SeveralTowers
 
 
 def new_lock(settings: Settings, clock: Clock) -> TowerLock | TowerMembership:
@@ -53,9 +53,9 @@ def share_bus(
     """None without a bus."""
     if not isinstance(lock, TowerMembership):
         return None
-    from server.api.bus.several_towers import SeveralTowers
-    from server.store.towers.claims import Claims
-    from server.store.towers.drone_homes import DroneHomes
+    from server.towers.api.several_towers import SeveralTowers
+    from server.towers.store.claims import Claims
+    from server.towers.store.drone_homes import DroneHomes
 
     several = SeveralTowers(settings.bus_url, lock, hub, keys=vault.raw_keys, authority=settings.bus_authority)
 
@@ -85,8 +85,8 @@ def share_requests(
     app: FastAPI, hub: Hub, several: SeveralTowers, authenticator: Authenticator, registry: CollectorRegistry
 ) -> None:
     """Requests about drones of other towers go there."""
-    from server.api.bus.to_the_home import ToTheHome
-    from server.api.metrics.towers import TowersCollector
+    from server.monitoring.api.towers import TowersCollector
+    from server.towers.api.to_the_home import ToTheHome
 
     registry.register(TowersCollector(several, hub))
     several.asking.application = app

@@ -9,11 +9,11 @@ from fastapi import FastAPI
 from prometheus_client import CollectorRegistry
 
 from server.live.hub import Hub
-from server.live.operations.operation import Operation
+from server.operations.core.operation import Operation
 from server.runtime.settings import Settings, SettingsError
 
 if TYPE_CHECKING:
-    from server.api.telemetry.tracing import Tracing
+    from server.monitoring.api.tracing.tracing import Tracing
 
 
 def new_tracing(settings: Settings, hub: Hub) -> Tracing | None:
@@ -21,8 +21,8 @@ def new_tracing(settings: Settings, hub: Hub) -> Tracing | None:
     if not settings.telemetry_endpoint:
         return None
     try:
-        from server.api.telemetry.operation_spans import OperationSpans
-        from server.api.telemetry.tracing import Tracing
+        from server.monitoring.api.tracing.operation_spans import OperationSpans
+        from server.monitoring.api.tracing.tracing import Tracing
     except ImportError:
         raise SettingsError(
             "OTEL_EXPORTER_OTLP_ENDPOINT", "needs OpenTelemetry: pip install 'control-tower[telemetry]'"
@@ -36,8 +36,8 @@ def new_tracing(settings: Settings, hub: Hub) -> Tracing | None:
 
 
 def trace_requests(app: FastAPI, tracing: Tracing, registry: CollectorRegistry) -> None:
-    from server.api.telemetry.collector import TelemetryCollector
-    from server.api.telemetry.request_spans import RequestSpans
+    from server.monitoring.api.tracing.collector import TelemetryCollector
+    from server.monitoring.api.tracing.request_spans import RequestSpans
 
     registry.register(TelemetryCollector(tracing))
     app.add_middleware(RequestSpans, tracing=tracing)

@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Any
 
 from fastapi import FastAPI
 
-from server.api.dependencies import Parts
-from server.live.alerts.announcer import Announcer
-from server.store.audit.sealer import AuditSealer
-from server.store.fleet.loans import LoanExpiry
-from server.store.operations.audit_writer import OperationAuditWriter
+from server.alerts.core.announcer import Announcer
+from server.audit.store.sealer import AuditSealer
+from server.fleet.store.loans import LoanExpiry
+from server.http.dependencies import Parts
+from server.operations.store import OperationAuditWriter
 
 if TYPE_CHECKING:
-    from server.api.bus.several_towers import SeveralTowers
-    from server.api.telemetry.tracing import Tracing
+    from server.monitoring.api.tracing.tracing import Tracing
+    from server.towers.api.several_towers import SeveralTowers
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,13 +11,13 @@ from urllib.parse import urlsplit
 
 import structlog
 
-from server.live.alerts.service import AlertService
-from server.live.alerts.tower_facts import Certificate, Disk, StoodStill, StoredThere, TowerFacts
+from server.alerts.core.service import AlertService
+from server.alerts.core.tower_facts import Certificate, Disk, StoodStill, StoredThere, TowerFacts
+from server.alerts.io.sending_threads import SendingThreads
 from server.runtime.loop_watch import LoopWatch
-from server.runtime.notify.sending_threads import SendingThreads
 from server.runtime.settings import Settings
 from server.runtime.tower_condition import disk_space, shown_certificate_ends_at, stored_certificate_ends_at
-from server.store.integrity import fault_in, sqlite_file
+from server.storage.integrity import fault_in, sqlite_file
 
 EVERY_S: Final = 15.0
 ROUNDS: Final = 40

@@ -17,42 +17,42 @@ from collections.abc import Iterable, Mapping
 from datetime import datetime
 from typing import Any, Final
 
-from server.domain.access import AccessRequest, Action, judge
-from server.domain.clock import Clock, utc_now
-from server.domain.fleet import FleetSnapshot
-from server.domain.people import SignInId, UserRef
-from server.live.aircraft.service import AircraftService
-from server.live.alerts.service import AlertService
-from server.live.flights.black_box import BlackBoxFetcher
-from server.live.flights.recorder import FlightRecorder
+from server.airspace.core.aircraft.service import AircraftService
+from server.airspace.core.separation.bounds import SeparationBounds
+from server.airspace.core.separation.notifier import SeparationNotifier
+from server.airspace.core.zones.service import ZoneService
+from server.alerts.core.service import AlertService
+from server.control.core.hold_orders import HoldOrders
+from server.control.core.lease_changes import LeaseChanges
+from server.control.core.safety_watch import SafetyWatch
+from server.flights.core.black_box import BlackBoxFetcher
+from server.flights.core.recorder import FlightRecorder
+from server.kernel.access import AccessRequest, Action, judge
+from server.kernel.clock import Clock, utc_now
+from server.kernel.fleet import FleetSnapshot
+from server.kernel.people import SignInId, UserRef
+from server.link.core.agent_link import AgentLink
+from server.link.core.agent_reports import AgentReports
+from server.link.core.flood_gate import FloodGate, FloodLimits
+from server.link.core.frame_paths import FramePaths
+from server.link.core.link_changes import LINK_REPLACED, LinkChanges
+from server.link.core.socket_bounds import SocketBounds
+from server.live import live_messages as live
+from server.live.audience import Audience
+from server.live.browser import Browser
+from server.live.drone_changes import DroneChanges
+from server.live.fleet_changes import SESSION_ENDED, FleetChanges, why_signed_out
 from server.live.hub_events import NoiseJudged
-from server.live.operations.follow_feed import FollowFeed
-from server.live.operations.observed_commands import ObservedCommands
-from server.live.operations.person import Fix
-from server.live.operations.service import OperationService
-from server.live.relay import live_messages as live
-from server.live.relay.agent_link import AgentLink
-from server.live.relay.agent_reports import AgentReports
-from server.live.relay.audience import Audience
-from server.live.relay.browser import Browser
-from server.live.relay.drone_changes import DroneChanges
-from server.live.relay.fleet_changes import SESSION_ENDED, FleetChanges, why_signed_out
-from server.live.relay.flood_gate import FloodGate, FloodLimits
-from server.live.relay.frame_paths import FramePaths
-from server.live.relay.hold_orders import HoldOrders
-from server.live.relay.lease_changes import LeaseChanges
-from server.live.relay.link_changes import LINK_REPLACED, LinkChanges
-from server.live.relay.live_drone import LeaseView, LiveDrone
-from server.live.relay.live_state import LiveState
-from server.live.relay.safety_watch import SafetyWatch
-from server.live.relay.socket_bounds import SocketBounds
-from server.live.relay.squads import Squads
-from server.live.separation.bounds import SeparationBounds
-from server.live.separation.notifier import SeparationNotifier
-from server.live.towers.place import Place
-from server.live.towers.visits import Visits
-from server.live.video.service import VideoService
-from server.live.zones.service import ZoneService
+from server.live.live_drone import LeaseView, LiveDrone
+from server.live.live_state import LiveState
+from server.live.squads import Squads
+from server.operations.core.follow_feed import FollowFeed
+from server.operations.core.observed_commands import ObservedCommands
+from server.operations.core.person import Fix
+from server.operations.core.service import OperationService
+from server.towers.core.place import Place
+from server.towers.core.visits import Visits
+from server.video.core.service import VideoService
 from wire.control_messages import (
     AutopilotState,
     HoldProgress,

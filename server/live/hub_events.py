@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Final, Literal
 
-from server.domain.restraint import Measure
+from server.kernel.restraint import Measure
 from wire.control_messages import HoldProgress, LossParameters
 from wire.ids import DroneId, UserId
 

@@ -7,6 +7,7 @@ running: a route, a report of an agent, a tick. It logs that with the stack, cou
 from __future__ import annotations
 
 import asyncio
+import re
 import sys
 import threading
 import time
@@ -29,6 +30,7 @@ NOT_OURS: Final = "elsewhere"
 """No code of ours used the time: the machine gave the process none, or a disk did not answer."""
 _ROOT: Final = Path(__file__).resolve().parents[2]
 _OURS: Final = ("server", "wire")
+_ROUTE: Final = re.compile(r"server\.\w+\.api\.(\w*routes\.)?\w+$")
 _log = structlog.get_logger(__name__)
 
 
@@ -125,7 +127,7 @@ def _ours(frame: FrameType | None) -> Iterator[str]:
 def _place(stack: list[str]) -> str:
     """A route, where one is running; else the innermost function of ours that is not only a way to others."""
     for one in stack:
-        if "routes." in one:
+        if _ROUTE.match(one):
             return one
     inner = [one for one in stack if not one.endswith((".run", ".until_stopped", ".main", ".__call__"))]
     return inner[-1] if inner else NOT_OURS

@@ -17,11 +17,11 @@ from pathlib import Path
 from typing import Any, Final
 from urllib.parse import urlsplit
 
-from server.runtime.feed_source import read_feed_address
-from server.runtime.mail_source import read_mail_address, read_mail_server
-from server.runtime.notify.mail import MailServer
+from server.airspace.io import read_feed_address
+from server.alerts.io.mail import MailServer
+from server.alerts.io.mail_source import read_mail_address, read_mail_server
+from server.maps.io.tile_source import TileSource, read_tiles
 from server.runtime.packaged import CONSOLE
-from server.runtime.tile_source import TileSource, read_tiles
 from server.runtime.vault import KEY_FILE, Vault, parse_keys
 
 _DAY_S: Final = 86_400

@@ -10,9 +10,9 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Final, TypeVar
 
-from server.domain.fair_queue import FairQueue
-from server.domain.refusal import RetryLater
-from server.domain.shares import ShareName, Shares
+from server.kernel.fair_queue import FairQueue
+from server.kernel.refusal import RetryLater
+from server.kernel.shares import ShareName, Shares
 
 MAX_WAITING: Final = 64
 RETRY_AFTER_S: Final = 2.0

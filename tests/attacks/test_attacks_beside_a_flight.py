@@ -26,7 +26,7 @@ from bench.load_agents import LoadAgent, kept_alive, sign_in_all
 from bench.load_frames import STATE_KINDS, stamped_frame
 from bench.load_tower import ADMIN, PASSWORD, load_tower
 from bench.process_cost import rss_mb
-from server.live.anonymous.limits import LIMITS
+from server.anonymous.core.limits import LIMITS
 
 pytestmark = pytest.mark.asyncio(loop_scope="module")
 

@@ -13,11 +13,11 @@ import msgspec
 import pytest
 from hub_world import FakeAgent, FakeBrowser, HubWorld, record, sticks
 
-from server.domain.people import Role
+from server.airspace.core.separation.motion import METRES_PER_DEGREE
+from server.airspace.core.separation.strangers import ALERT_BURST, ALERT_EVERY_S, FIGURES_EVERY_S
+from server.kernel.people import Role
+from server.live import live_messages as live
 from server.live.hub_events import HolderExpired, HolderGone, HubEvent, MotionSuspected, RightLost, RttTooLong
-from server.live.relay import live_messages as live
-from server.live.separation.motion import METRES_PER_DEGREE
-from server.live.separation.strangers import ALERT_BURST, ALERT_EVERY_S, FIGURES_EVERY_S
 from wire.control_messages import AutopilotState, HoldOrder
 from wire.dialect import build, mavlink
 from wire.frames import message_id

@@ -7,7 +7,7 @@ from axe_look import Axe
 from console_page import ConsolePage, Somebody, signed_in
 from playwright.sync_api import expect
 
-from server.live.flights.tlog import read_entries
+from server.flights.core.tlog import read_entries
 
 COMMAND = """async (command) => {
   const answer = await fetch('/api/v1/drones/1/commands', {

@@ -14,7 +14,7 @@ from worlds.clock_film import write_recording
 from worlds.flight_files import EVENTS_S, write_flight
 from worlds.processes import DATABASE, World
 
-from server.live.flights.tlog import STAMP, read_entries
+from server.flights.core.tlog import STAMP, read_entries
 from wire.dialect import mavlink
 from wire.frames import message_id
 

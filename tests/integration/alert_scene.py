@@ -14,8 +14,8 @@ import httpx
 from control_world import ObedientAgent, until
 from tower_world import Person, TowerWorld
 
-from server.domain.people import Role
-from server.runtime.notify.mail import MailServer
+from server.alerts.io.mail import MailServer
+from server.kernel.people import Role
 
 CHANNELS: Final = "/api/v1/me/alert-channels"
 

@@ -11,9 +11,9 @@ import httpx
 from tower_world import TowerWorld
 from websockets.asyncio.client import ClientConnection, connect
 
-from server.api.relay.link_ticket import new_ticket
+from server.link.api.link_ticket import new_ticket
+from server.link.core.agent_link import AgentLink
 from server.live.hub import Hub
-from server.live.relay.agent_link import AgentLink
 from wire.control_messages import AutopilotState, HoldOrder, HoldProgress, HoldStep, LossParameters, ToAgent
 from wire.ids import DroneId, LinkId
 from wire.keepalive import PING_INTERVAL_S

@@ -20,10 +20,10 @@ from bench.namespaces import Network
 from onboard_agent.agent import Agent, AgentSettings
 from onboard_agent.autopilot_port.udp import UdpIn
 from onboard_agent.link.tower_url import parse_tower_url
-from server.api.relay.data_endpoint import DataEndpoint
-from server.domain.people import Role
+from server.kernel.people import Role
+from server.link.api.data_endpoint import DataEndpoint
+from server.link.core.agent_link import AgentLink
 from server.live.hub import Hub
-from server.live.relay.agent_link import AgentLink
 from wire.ids import DroneId
 from wire.transport_choice import Transport
 

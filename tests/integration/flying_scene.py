@@ -8,7 +8,7 @@ from control_world import ask
 from tower_world import TowerWorld
 from working_agent import WorkingAgent
 
-from server.domain.people import Role
+from server.kernel.people import Role
 
 HOME = (47.0, 8.0, 500.0)
 

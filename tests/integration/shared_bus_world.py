@@ -16,10 +16,10 @@ from own_postgres import OwnPostgres, own_postgres
 from tower_world import NewDrone, Person, TowerWorld, start_tower
 from worlds.nats import TemporaryNats, nats_program, temporary_nats
 
-from server.domain.people import Role
-from server.live.relay.live_drone import LiveDrone
-from server.live.towers.place import Place
+from server.kernel.people import Role
+from server.live.live_drone import LiveDrone
 from server.runtime.vault import new_key
+from server.towers.core.place import Place
 from wire.dialect import mavlink
 from wire.ids import DroneId
 from wire.tagged import stamp, tag

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import httpx
 from tower_world import NewDrone, Person, TowerWorld
 
-from server.domain.relations import TeamRole
+from server.kernel.relations import TeamRole
 
 OBSERVER, OPERATOR, ADMIN = TeamRole.OBSERVER, TeamRole.OPERATOR, TeamRole.ADMIN
 

@@ -11,16 +11,16 @@ import pytest
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 from sqlalchemy import delete, func, select, text, update
 
-from server.store.audit import sealer as sealing
-from server.store.audit.chain import BEGINNING, canonical, event_hash
-from server.store.audit.chain_tables import AuditChainRow, AuditChainStateRow, AuditHeadRow, AuditStubRow
-from server.store.audit.pruning import prune
-from server.store.audit.sealer import AuditSealer
-from server.store.audit.tables import AuditEventRow
-from server.store.audit.trail import Actor, record
-from server.store.audit.verifying import Verdict, verify
-from server.store.database import Database, open_database
-from server.store.schema import migrate
+from server.audit.store import sealer as sealing
+from server.audit.store.chain import BEGINNING, canonical, event_hash
+from server.audit.store.chain_tables import AuditChainRow, AuditChainStateRow, AuditHeadRow, AuditStubRow
+from server.audit.store.pruning import prune
+from server.audit.store.sealer import AuditSealer
+from server.audit.store.tables import AuditEventRow
+from server.audit.store.trail import Actor, record
+from server.audit.store.verifying import Verdict, verify
+from server.storage.database import Database, open_database
+from server.storage.schema import migrate
 from wire.drone_key import key_text, public_half
 
 AT = datetime(2026, 11, 25, 12, 0, 0, 123456, tzinfo=UTC)

@@ -11,10 +11,10 @@ import pytest
 from sqlalchemy import delete, event, text
 from tower_world import copy_empty_database
 
-from server.store.audit import search
-from server.store.audit.search import AuditFilter, page, pages
-from server.store.audit.tables import AuditEventRow
-from server.store.database import Database, open_database
+from server.audit.store import search
+from server.audit.store.search import AuditFilter, page, pages
+from server.audit.store.tables import AuditEventRow
+from server.storage.database import Database, open_database
 
 NOON = datetime(2026, 1, 1, 12, tzinfo=UTC)
 EVENTS = 1200

@@ -14,13 +14,13 @@ from sqlalchemy import func, select, text
 from test_server_cli import Shell
 from tower_world import Person, TowerWorld, start_tower
 
-from server.domain.people import Role
-from server.store.accounts.tables import UserRow
-from server.store.backup.archive import ArchiveReader, BadArchive
-from server.store.backup.table_rows import copied_tables
-from server.store.database import open_database
-from server.store.schema import migrate, newest_revision
-from server.store.tables import METADATA
+from server.accounts.store.tables import UserRow
+from server.backup.store.archive import ArchiveReader, BadArchive
+from server.backup.store.table_rows import copied_tables
+from server.kernel.people import Role
+from server.storage.database import open_database
+from server.storage.schema import migrate, newest_revision
+from server.storage.tables import METADATA
 
 LOG = b"\xa3\x95" * 50_000
 
@@ -273,7 +273,7 @@ async def test_migrate_goes_back_and_forth_but_not_under_a_tower(tmp_path: Path,
 
 
 def test_a_backup_never_stands_half_under_its_name(tmp_path: Path) -> None:
-    from server.store.backup.archive import ArchiveWriter
+    from server.backup.store.archive import ArchiveWriter
 
     path = tmp_path / "tower.tar"
     with ArchiveWriter(path) as archive:

@@ -18,10 +18,10 @@ import pytest
 from control_world import until
 from tower_world import PASSWORD, TowerWorld, start_tower
 
+from server.anonymous.core.budget import AnonymousBudget, Over
+from server.anonymous.core.limits import LIMITS
+from server.anonymous.core.networks import origin_of
 from server.app import composition as app
-from server.live.anonymous.budget import AnonymousBudget, Over
-from server.live.anonymous.limits import LIMITS
-from server.live.anonymous.networks import origin_of
 
 PATH: Final = "/api/v1/health"
 SLOW: Final = replace(LIMITS, requests_per_s=5.0)

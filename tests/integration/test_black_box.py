@@ -24,10 +24,10 @@ from onboard_agent.autopilot_port.udp import UdpIn
 from onboard_agent.black_box import tape
 from onboard_agent.black_box.flight_files import CSV
 from onboard_agent.link.tower_url import parse_tower_url
-from server.api.relay.data_endpoint import DataEndpoint
-from server.domain.people import Role
-from server.live.flights import gap_watch, recorder
-from server.live.flights.tlog import read_entries
+from server.flights.core import gap_watch, recorder
+from server.flights.core.tlog import read_entries
+from server.kernel.people import Role
+from server.link.api.data_endpoint import DataEndpoint
 from server.live.hub import Hub
 from wire.dialect import mavlink
 from wire.ids import DroneId

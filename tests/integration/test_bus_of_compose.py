@@ -18,13 +18,13 @@ from tower_world import start_tower
 from worlds.free_ports import free_tcp_port
 from worlds.nats import nats_program, temporary_nats
 
-from server.api.bus import nats_bus
-from server.api.bus.nats_bus import NatsBus
 from server.app.commands.towers import bus_certificate
-from server.domain.clock import utc_now
-from server.runtime.bus_certificate import AUTHORITY, CERTIFICATE, KEY, RENEWED_BEFORE, VALID_FOR, is_valid
-from server.runtime.bus_unavailable import BusUnavailable
+from server.kernel.clock import utc_now
 from server.runtime.vault import new_key
+from server.towers.api import nats_bus
+from server.towers.api.nats_bus import NatsBus
+from server.towers.io.bus_certificate import AUTHORITY, CERTIFICATE, KEY, RENEWED_BEFORE, VALID_FOR, is_valid
+from server.towers.io.bus_unavailable import BusUnavailable
 
 CONFIGURATION = Path(__file__).parents[2] / "deploy" / "nats.conf"
 NAMES = ["bus", "127.0.0.1"]

@@ -13,8 +13,8 @@ from nats.aio.msg import Msg
 from shared_bus_world import Two
 from worlds.nats import TemporaryNats
 
-from server.domain.clock import utc_now
-from server.live.towers.messages import (
+from server.kernel.clock import utc_now
+from server.towers.core.messages import (
     Attach,
     FramesDown,
     Hello,
@@ -25,7 +25,7 @@ from server.live.towers.messages import (
     encode_bodies,
     encode_packet,
 )
-from server.runtime.bus_seal import BusSeal
+from server.towers.io.bus_seal import BusSeal
 from wire.lateness import stamp_ms
 
 cluster, nats = shared_bus_world.cluster, shared_bus_world.nats

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from server.api.relay.connected_sockets import ConnectedSockets
+from server.link.api.connected_sockets import ConnectedSockets
 
 
 def udp(*, bound: bool = True) -> socket.socket:

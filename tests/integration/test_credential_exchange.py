@@ -20,7 +20,7 @@ from onboard_agent.link.identity import Identity, Kept
 from onboard_agent.link.identity_file import read_identity, write_private
 from onboard_agent.link.tower_url import parse_tower_url
 from onboard_agent.sockets.control_channel import CredentialRefused, open_channel
-from server.domain.people import Role
+from server.kernel.people import Role
 from wire.control_messages import (
     AGENT_SUBPROTOCOL,
     Hello,
@@ -125,7 +125,7 @@ async def test_a_tower_that_was_killed_before_it_wrote_the_key_down(
         raise OSError("no database")
 
     with monkeypatch.context() as patched:
-        patched.setattr("server.store.fleet.exchange.exchange_credential", out_of_reach)
+        patched.setattr("server.fleet.store.exchange.exchange_credential", out_of_reach)
         async with signed_in(world, read_identity(file)) as opened:
             assert not opened.welcome.credential_forgotten
     assert read_identity(file).credential == credential

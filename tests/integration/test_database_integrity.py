@@ -9,7 +9,7 @@ from control_world import until
 from test_server_cli import Shell
 from tower_world import copy_empty_database, start_tower
 
-from server.store.integrity import fault_in, sqlite_file
+from server.storage.integrity import fault_in, sqlite_file
 
 PAGE = 4096
 

@@ -19,9 +19,9 @@ from onboard_agent.link.identity import Identity, Kept
 from onboard_agent.link.tower_url import parse_tower_url
 from onboard_agent.sockets import control_channel
 from onboard_agent.sockets.control_channel import CredentialRefused, NoLink, open_channel, try_sign_in
-from server.api.relay import agent_sign_in
-from server.api.relay.tls_binding import TlsBinding
-from server.domain.people import Role
+from server.kernel.people import Role
+from server.link.api import agent_sign_in
+from server.link.api.tls_binding import TlsBinding
 from wire.channel_binding import end_point
 from wire.control_messages import (
     Hello,

@@ -11,8 +11,8 @@ from worlds.geotiff_files import Geotiff, projected
 
 from server.app.cli import app
 from server.app.commands.session import CommandError
-from server.runtime.map_files import MapFolder
-from server.runtime.maps.terrain import Terrain
+from server.maps.io.map_files import MapFolder
+from server.maps.io.terrain import Terrain
 
 Tower = Callable[..., str]
 

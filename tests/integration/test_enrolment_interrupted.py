@@ -14,7 +14,7 @@ from onboard_agent.link.enrolment import enrol
 from onboard_agent.link.identity_file import read_identity, write_private
 from onboard_agent.link.tower_url import TowerUrl, parse_tower_url
 from onboard_agent.unusable import Unusable
-from server.domain.people import Role
+from server.kernel.people import Role
 from wire.credential import Credential
 
 

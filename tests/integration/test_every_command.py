@@ -19,7 +19,7 @@ from command_answers import end_of, is_on_the_ground
 from worlds.pilot import Pilot, at_the_controls
 from worlds.processes import Visitor, World, free_udp_ports, wait_for
 
-from server.live.relay.loan_limits import Home
+from server.control.core.loan_limits import Home
 from wire.autopilots import arducopter, px4_multicopter
 from wire.autopilots.commands import CommandTable
 from wire.autopilots.profile import AutopilotProfile, FlightMode, mode_named

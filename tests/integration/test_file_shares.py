@@ -11,9 +11,9 @@ import pytest
 from sqlalchemy import func, select
 from tower_world import NewDrone, TowerWorld, start_tower
 
-from server.store.file_budget import NOBODY, Account, StorageFull, to_shrink
-from server.store.flight_logs.quota import ArrivingLog, FlightLogQuota
-from server.store.recordings.tables import RecordingRow
+from server.logs.store.quota import ArrivingLog, FlightLogQuota
+from server.storage.file_budget import NOBODY, Account, StorageFull, to_shrink
+from server.video.store.tables import RecordingRow
 from wire.ids import DroneId
 
 ALICE, MALLORY = 1, 2

@@ -10,7 +10,7 @@ import pytest
 from worlds.pilot import Pilot, at_the_controls
 from worlds.processes import World
 
-from server.live.separation.motion import METRES_PER_DEGREE
+from server.airspace.core.separation.motion import METRES_PER_DEGREE
 
 BRAKE = 17
 HEIGHT_M = 12.0

@@ -14,7 +14,7 @@ import pytest
 from worlds.pilot import Pilot, at_the_controls, watching
 from worlds.processes import Visitor, World
 
-from server.live.separation.motion import METRES_PER_DEGREE
+from server.airspace.core.separation.motion import METRES_PER_DEGREE
 
 pytestmark = pytest.mark.long("flown from a browser by e2e/test_follow_on_the_console.py")
 

@@ -18,10 +18,15 @@ from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 from websockets.frames import Frame
 
-from server.api.websocket import direct_websocket
-from server.api.websocket.direct_websocket import HIGH_WATER_BYTES, MAX_PIECES, SLICE_BYTES, DirectWebSocket
-from server.domain.people import Role
-from server.live.relay.outbox import MAX_TRANSACTIONAL
+from server.kernel.people import Role
+from server.link.api.websocket import direct_websocket
+from server.link.api.websocket.direct_websocket import (
+    HIGH_WATER_BYTES,
+    MAX_PIECES,
+    SLICE_BYTES,
+    DirectWebSocket,
+)
+from server.link.core.outbox import MAX_TRANSACTIONAL
 from wire.dialect import build, mavlink
 from wire.drops import DropReason
 from wire.frames import payload

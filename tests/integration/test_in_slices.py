@@ -10,8 +10,8 @@ from sqlalchemy import literal_column, select
 from sqlalchemy.sql import union_all
 from tower_world import start_tower
 
-from server.api.http.long_list import long_list
-from server.store.in_slices import in_slices, slices
+from server.http.long_list import long_list
+from server.storage.in_slices import in_slices, slices
 
 
 class Turns:

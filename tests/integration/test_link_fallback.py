@@ -8,7 +8,7 @@ import pytest
 from agent_fakes import until
 from data_link_world import DataLinkWorld, data_link_world
 
-from server.live.relay.agent_routes import OVER_CHANNEL
+from server.link.core.agent_routes import OVER_CHANNEL
 from wire.dialect import build, mavlink
 from wire.drops import DropReason
 from wire.tagged import split_tagged

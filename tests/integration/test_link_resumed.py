@@ -23,9 +23,9 @@ from two_uplinks import TOWER, UPLINKS, TwoUplinks, two_uplinks
 
 from bench.namespaces import why_not
 from bench.tls_front import TlsFront, make_certificate
-from server.domain.people import Role
+from server.kernel.people import Role
 from server.live.hub import Hub
-from server.live.relay.live_drone import LiveDrone
+from server.live.live_drone import LiveDrone
 from wire.dialect import build, decode, mavlink
 from wire.frame_stream import FrameStream
 from wire.ids import DroneId, LinkId

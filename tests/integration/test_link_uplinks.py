@@ -7,7 +7,7 @@ import pytest
 from agent_fakes import until
 from data_link_world import DataLinkWorld, data_link_world
 
-from server.live.relay.agent_routes import Address
+from server.link.core.agent_routes import Address
 from wire.dialect import build, mavlink
 from wire.drops import DropReason
 from wire.path_mtu import SAFE_DATAGRAM_BYTES

@@ -19,12 +19,12 @@ from tower_world import Person, TowerWorld, start_tower
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.typing import Subprotocol
 
-from server.api.relay.viewer_sign_in import StillSignedIn, ViewerSignIn
-from server.domain.people import Principal, Role
-from server.store.accounts.tables import UserRow
-from server.store.accounts.users import UserChange, change_user, reset_second_factor
-from server.store.audit.action import AuditAction
-from server.store.audit.trail import COMMAND_LINE
+from server.accounts.store.tables import UserRow
+from server.accounts.store.users import UserChange, change_user, reset_second_factor
+from server.audit.store.action import AuditAction
+from server.audit.store.trail import COMMAND_LINE
+from server.kernel.people import Principal, Role
+from server.link.api.viewer_sign_in import StillSignedIn, ViewerSignIn
 from wire.ids import DroneId
 from wire.video import VIEWER_VIDEO_SUBPROTOCOL
 

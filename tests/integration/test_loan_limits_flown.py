@@ -10,7 +10,7 @@ import pytest
 from worlds.pilot import LOITER, Pilot, at_the_controls, fly_by_hand, watching
 from worlds.processes import Visitor, World, wait_for
 
-from server.live.relay.loan_limits import Home
+from server.control.core.loan_limits import Home
 
 HEIGHT_M = 20.0
 RADIUS_M = 30.0

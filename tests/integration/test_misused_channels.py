@@ -15,9 +15,9 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.typing import Subprotocol
 
+from server.anonymous.core.limits import LIMITS
 from server.app.log import configure_log
-from server.domain.people import Role
-from server.live.anonymous.limits import LIMITS
+from server.kernel.people import Role
 from wire.control_messages import AGENT_SUBPROTOCOL, AutopilotState, Hello, encode_message
 from wire.drops import DropReason
 from wire.key_agreement import public_bytes

@@ -11,7 +11,7 @@ from typing import Any
 from prometheus_client.parser import text_string_to_metric_families
 from tower_world import start_tower
 
-from server.domain.people import Role
+from server.kernel.people import Role
 
 FOLDER = Path(__file__).parents[2] / "deploy" / "monitoring"
 NAME = re.compile(r"\b(?:tower|process)_[a-z0-9_]+\b")

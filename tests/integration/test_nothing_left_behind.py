@@ -20,15 +20,15 @@ from websockets.server import ServerProtocol
 from websockets.typing import Subprotocol
 
 from bench.key_sign_in import say_hello
-from server.api.relay.agent_channel import AgentChannel
-from server.api.relay.live_channel import LiveChannel
-from server.api.relay.live_writer import LiveWriter
-from server.api.websocket.direct_websocket import DirectWebSocket
-from server.api.websocket.upgrading_http import UpgradingHttp
 from server.app.serving import MAX_MESSAGE_BYTES
-from server.domain.people import Role
-from server.live.relay.agent_link import AgentLink
-from server.live.relay.browser import Browser
+from server.kernel.people import Role
+from server.link.api.agent_channel import AgentChannel
+from server.link.api.live_channel import LiveChannel
+from server.link.api.live_writer import LiveWriter
+from server.link.api.websocket.direct_websocket import DirectWebSocket
+from server.link.api.websocket.upgrading_http import UpgradingHttp
+from server.link.core.agent_link import AgentLink
+from server.live.browser import Browser
 from wire.control_messages import KEY_SUBPROTOCOL
 from wire.drone_key import DroneKey
 

@@ -37,18 +37,18 @@ from test_server_access_table import VISITORS as ACCESS_VISITORS
 from tower_world import PASSWORD, TowerWorld, start_tower
 from worlds.tiers import examples, is_long
 
-from server.api.authentication import COOKIE
+from server.accounts.store.tables import UserRow
+from server.accounts.store.tokens import create_token
+from server.airspace.store.zones import create_zone
+from server.alerts.core.severity import Severity
+from server.alerts.store.channels.channels import ChannelWish, add_channel
 from server.app.routers import ROUTERS
-from server.domain.people import Role
-from server.domain.scopes import Scope
-from server.live.alerts.severity import Severity
-from server.store.accounts.tables import UserRow
-from server.store.accounts.tokens import create_token
-from server.store.alert_channels.channels import ChannelWish, add_channel
-from server.store.audit.action import AuditAction
-from server.store.audit.trail import COMMAND_LINE
-from server.store.teams.teams import COMMAND_LINE as TEAMS_OF_COMMAND_LINE
-from server.store.zones.zones import create_zone
+from server.audit.store.action import AuditAction
+from server.audit.store.trail import COMMAND_LINE
+from server.http.authentication import COOKIE
+from server.kernel.people import Role
+from server.kernel.scopes import Scope
+from server.teams.store.teams import COMMAND_LINE as TEAMS_OF_COMMAND_LINE
 from wire.zones.kinds import ZoneKind, ZoneRule
 from wire.zones.zone import Zone, ZoneShape
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from worlds.pilot import at_the_controls
 from worlds.processes import World, free_tcp_port, free_udp_ports, wait_for
 
-from server.live.relay.loan_limits import Home
+from server.control.core.loan_limits import Home
 
 PAD_LAT, PAD_LON = 47.3977, 8.5456
 BESIDE_M = 2.0

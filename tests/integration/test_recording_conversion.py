@@ -11,8 +11,8 @@ import av
 import pytest
 from worlds.camera_units import number_in, units
 
-from server.live.recordings.units import MAGIC, entry_of
-from server.store.recordings import finisher
+from server.video.core.recordings.units import MAGIC, entry_of
+from server.video.store import finisher
 from wire.video import Codec, decode_unit
 
 US = 1_000_000
@@ -34,7 +34,7 @@ def names_in(folder: Path) -> list[str]:
 
 def convert(source: Path, *, code: int = 0) -> dict[str, Any]:
     """Runs the converter and returns the last line of its output."""
-    arguments = [sys.executable, "-m", "server.store.recordings.make_mp4", str(source), str(source.with_suffix(".mp4"))]
+    arguments = [sys.executable, "-m", "server.video.store.make_mp4", str(source), str(source.with_suffix(".mp4"))]
     pipe = subprocess.PIPE
     with subprocess.Popen(arguments, stdin=pipe, stdout=pipe, stderr=pipe, text=True) as running:
         assert running.stdout is not None
@@ -173,7 +173,7 @@ def test_where_nothing_can_be_made_it_says_so(tmp_path: Path) -> None:
 def test_it_ends_with_whoever_started_it(tmp_path: Path) -> None:
     times = [3 * US + number * 20_000 for number in range(1500)]
     source = write(tmp_path / "a.units", units(Codec.MPEG1, times, width=640, height=480))
-    arguments = [sys.executable, "-m", "server.store.recordings.make_mp4", str(source), str(source.with_suffix(".mp4"))]
+    arguments = [sys.executable, "-m", "server.video.store.make_mp4", str(source), str(source.with_suffix(".mp4"))]
     with subprocess.Popen(arguments, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as running:
         assert running.stdin is not None
         running.stdin.close()

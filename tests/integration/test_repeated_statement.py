@@ -11,8 +11,8 @@ from control_world import until
 from sqlalchemy import BigInteger, Column, MetaData, String, Table, bindparam, event, select, text
 from sqlalchemy.exc import DBAPIError
 
-from server.store.database import Database, DatabaseUnavailable, UtcDateTime, open_database, sqlite_file
-from server.store.sqlite_driver import OneTripConnection
+from server.storage.database import Database, DatabaseUnavailable, UtcDateTime, open_database, sqlite_file
+from server.storage.sqlite_driver import OneTripConnection
 
 NOW = datetime(2026, 11, 25, 14, 0, 0, 250_000, tzinfo=UTC)
 VISITS = Table(

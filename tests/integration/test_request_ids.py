@@ -10,7 +10,7 @@ from tower_world import start_tower
 from worlds.pilot import at_the_controls
 from worlds.processes import Answer, World, wait_for
 
-from server.domain.people import Role
+from server.kernel.people import Role
 from server.runtime.request_id import accepted_or_new, trace_id_in
 
 ID = "browser-1.take_off"

@@ -10,12 +10,12 @@ from control_world import until
 from sqlalchemy import event, func, select
 from tower_world import TowerWorld, start_tower
 
-from server.store import retention
-from server.store.alerts.tables import AlertRow
-from server.store.audit import sealer
-from server.store.audit.tables import AuditEventRow
-from server.store.audit.trail import Actor, record
-from server.store.recordings.tables import RecordingRow
+from server.alerts.store.tables import AlertRow
+from server.audit.store import sealer
+from server.audit.store.tables import AuditEventRow
+from server.audit.store.trail import Actor, record
+from server.storage import retention
+from server.video.store.tables import RecordingRow
 
 DAY_S = 86_400.0
 

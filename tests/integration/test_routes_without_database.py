@@ -17,8 +17,8 @@ from own_postgres import OwnPostgres, own_postgres
 from sqlalchemy import select
 from tower_world import TowerWorld, assert_problem, start_tower
 
-from server.domain.people import Role
-from server.store.tables import METADATA
+from server.kernel.people import Role
+from server.storage.tables import METADATA
 
 TIMEOUT_S: Final = 1.5
 SLACK_S: Final = 1.3

@@ -10,28 +10,28 @@ import pytest
 from sqlalchemy import event, select
 from tower_world import copy_empty_database
 
-from server.domain.shares import ShareName, Shares
-from server.live.alerts.alert import Alert
-from server.live.alerts.announcer import Announcement, Happening
-from server.live.alerts.rules import BY_NAME
-from server.live.flights.black_box import BlackBoxFetcher
-from server.live.flights.gap_watch import GapFound, GapWatch
-from server.live.flights.recorder import FlightHead
-from server.store.accounts.tables import UserRow
-from server.store.alert_channels import outbox
-from server.store.alert_channels.tables import AlertChannelRow
-from server.store.alerts.tables import AlertRow
-from server.store.alerts.writer import AlertWriter
-from server.store.audit.action import AuditAction
-from server.store.audit.trail import COMMAND_LINE
-from server.store.database import Database, DatabaseUnavailable, open_database
-from server.store.fleet.drones import create_drone
-from server.store.flights.files import FlightFiles
-from server.store.flights.gaps import FOUND_AT_ONCE, GapService
-from server.store.flights.quota import FlightQuota
-from server.store.flights.service import FlightService
-from server.store.flights.tables import FlightGapRow, FlightRow
-from server.store.flights.writer import FlightFile, FlightWriter
+from server.accounts.store.tables import UserRow
+from server.alerts.core.alert import Alert
+from server.alerts.core.announcer import Announcement, Happening
+from server.alerts.core.rules import BY_NAME
+from server.alerts.store.channels import outbox
+from server.alerts.store.channels.tables import AlertChannelRow
+from server.alerts.store.tables import AlertRow
+from server.alerts.store.writer import AlertWriter
+from server.audit.store.action import AuditAction
+from server.audit.store.trail import COMMAND_LINE
+from server.fleet.store.drones import create_drone
+from server.flights.core.black_box import BlackBoxFetcher
+from server.flights.core.gap_watch import GapFound, GapWatch
+from server.flights.core.recorder import FlightHead
+from server.flights.store.files import FlightFiles
+from server.flights.store.gaps import FOUND_AT_ONCE, GapService
+from server.flights.store.quota import FlightQuota
+from server.flights.store.service import FlightService
+from server.flights.store.tables import FlightGapRow, FlightRow
+from server.flights.store.writer import FlightFile, FlightWriter
+from server.kernel.shares import ShareName, Shares
+from server.storage.database import Database, DatabaseUnavailable, open_database
 from wire.ids import DroneId
 
 NOW = datetime(2026, 7, 1, 12, 0, tzinfo=UTC)

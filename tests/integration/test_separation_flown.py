@@ -12,7 +12,7 @@ import pytest
 from worlds.pilot import Pilot, at_the_controls, watching
 from worlds.processes import World
 
-from server.live.separation.motion import METRES_PER_DEGREE
+from server.airspace.core.separation.motion import METRES_PER_DEGREE
 from wire.dialect import mavlink
 
 HEIGHT_M = 15.0

@@ -13,7 +13,7 @@ from tower_world import TowerWorld, start_tower
 
 from server.app.composition import create_app
 from server.app.routers import ROUTERS
-from server.domain.people import Role
+from server.kernel.people import Role
 from server.runtime.settings import Settings
 
 VISITORS: Final = ("anonymous", "stranger", "owner", "admin", "observer")

@@ -16,13 +16,13 @@ from alert_scene import CHANNELS, AlertScene, Inbox, listening
 from control_world import ask, until
 from tower_world import assert_problem, start_tower
 
-from server.live.alerts.alert import Alert
-from server.live.alerts.rules import RULES
-from server.runtime.notify import guarded_post, webhook
-from server.runtime.notify import message as notify
-from server.runtime.notify.sending_threads import MAX_OF_ONE
-from server.store.alert_channels.deliverer import MAX_MESSAGES, MESSAGES_WITHIN_S
-from server.store.alert_channels.outbox import RETRY_AFTER
+from server.alerts.core.alert import Alert
+from server.alerts.core.rules import RULES
+from server.alerts.io import guarded_post, webhook
+from server.alerts.io import message as notify
+from server.alerts.io.sending_threads import MAX_OF_ONE
+from server.alerts.store.channels.deliverer import MAX_MESSAGES, MESSAGES_WITHIN_S
+from server.alerts.store.channels.outbox import RETRY_AFTER
 from wire.ids import DroneId
 
 

@@ -15,10 +15,10 @@ from control_world import ObedientAgent, ask, until
 from tower_world import Person, TowerWorld, assert_problem, start_tower
 from worlds.push_browser import PushBrowser, unpadded, vapid_claims
 
-from server.domain.people import Role
+from server.alerts.store.channels.outbox import RETRY_AFTER
+from server.alerts.store.channels.refusals import MAX_BROWSERS
+from server.kernel.people import Role
 from server.runtime.vault import new_key
-from server.store.alert_channels.outbox import RETRY_AFTER
-from server.store.alert_channels.refusals import MAX_BROWSERS
 
 CHANNELS: Final = "/api/v1/me/alert-channels"
 BROWSERS: Final = f"{CHANNELS}/browsers"

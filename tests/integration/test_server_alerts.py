@@ -11,9 +11,9 @@ from control_world import ObedientAgent, ask, audit, live, until
 from sqlalchemy import select
 from tower_world import NewDrone, TowerWorld, assert_problem, start_tower
 
-from server.domain.people import Role
-from server.live.alerts.rules import RULES
-from server.store.alerts.tables import AlertRow
+from server.alerts.core.rules import RULES
+from server.alerts.store.tables import AlertRow
+from server.kernel.people import Role
 
 ALERTS = "/api/v1/alerts"
 
@@ -142,7 +142,7 @@ async def test_alerts_go_on_without_the_database(scene: Scene, monkeypatch: pyte
         tries += 1
         raise OSError("no space left on device")
 
-    monkeypatch.setattr("server.store.alerts.writer.TRY_AGAIN_AFTER_S", 0.01)
+    monkeypatch.setattr("server.alerts.store.writer.TRY_AGAIN_AFTER_S", 0.01)
     monkeypatch.setattr(writer, "_write_once", broken)
     scene.agent.state(armed=True, airborne=True)
     alert = await scene.opened("unattended")

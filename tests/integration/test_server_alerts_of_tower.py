@@ -15,9 +15,9 @@ from cryptography.x509.oid import NameOID
 from sqlalchemy import select
 from tower_world import assert_problem, start_tower
 
+from server.alerts.store.channels.tables import AlertDeliveryRow
 from server.app.tower_watch import TowerWatch
 from server.runtime.tower_condition import disk_space, shown_certificate_ends_at, stored_certificate_ends_at
-from server.store.alert_channels.tables import AlertDeliveryRow
 
 
 def write_certificate(path: Path, ends_at: datetime) -> Path:

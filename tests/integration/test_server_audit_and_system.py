@@ -11,9 +11,9 @@ import pytest
 from control_world import live
 from tower_world import TowerWorld, assert_problem, start_tower
 
-from server.domain.people import Role
-from server.store.audit.search import ROWS_AT_ONCE
-from server.store.audit.trail import Actor, record
+from server.audit.store.search import ROWS_AT_ONCE
+from server.audit.store.trail import Actor, record
+from server.kernel.people import Role
 
 AUDIT = "/api/v1/audit"
 

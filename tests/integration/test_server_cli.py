@@ -20,7 +20,7 @@ from sqlalchemy import func, select, update
 from tower_world import start_tower
 from worlds.forked_programs import run_forked
 
-from server.store.audit.tables import AuditEventRow
+from server.audit.store.tables import AuditEventRow
 
 TOWER = Path(sys.executable).with_name("tower")
 

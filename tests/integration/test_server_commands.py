@@ -10,8 +10,8 @@ from control_world import live
 from flying_scene import Scene
 from tower_world import assert_problem, start_tower
 
-from server.domain.shares import ShareName
-from server.live.relay import flood_gate
+from server.kernel.shares import ShareName
+from server.link.core import flood_gate
 from wire.dialect import mavlink
 from wire.ids import DroneId
 from wire.transactions import CommandWork, Outcome, Transaction

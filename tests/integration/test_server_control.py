@@ -8,7 +8,7 @@ import pytest
 from control_world import ObedientAgent, ask, audit, live
 from tower_world import TowerWorld, assert_problem, start_tower
 
-from server.domain.people import Role
+from server.kernel.people import Role
 from wire.control_messages import ControlChanged
 
 

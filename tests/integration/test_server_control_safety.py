@@ -11,11 +11,11 @@ import pytest
 from control_world import ObedientAgent, ask, audit, live
 from tower_world import NewDrone, Person, TowerWorld, assert_problem, start_tower
 
-from server.domain.people import Role
-from server.live.control.loss_words import findings_hash
-from server.store.control.rehearsal import LASTS_S
-from server.store.control.tables import ControlLeaseRow, LossAcknowledgementRow
-from server.store.fleet.snapshot import begin_fleet_change
+from server.control.core.loss_words import findings_hash
+from server.control.store.rehearsal import LASTS_S
+from server.control.store.tables import ControlLeaseRow, LossAcknowledgementRow
+from server.fleet.store.snapshot import begin_fleet_change
+from server.kernel.people import Role
 from wire.control_messages import HoldStep, SafetySettings, StreamSettings
 from wire.ids import DroneId, UserId
 from wire.open_holds import LostAction

@@ -8,7 +8,7 @@ import pytest
 from flying_scene import Scene
 from tower_world import assert_problem, start_tower
 
-from server.live.relay.agent_link import AgentLink
+from server.link.core.agent_link import AgentLink
 from wire.controllers import CONTROLLERS, ControllerWork, offers
 from wire.transactions import TransactionProgress
 

@@ -12,13 +12,13 @@ from sqlalchemy import event, select, text
 from sqlalchemy.exc import OperationalError
 from tower_world import copy_empty_database
 
-from server.store.audit.action import AuditAction
-from server.store.audit.trail import COMMAND_LINE
-from server.store.database import Database, DatabaseUnavailable, open_database
-from server.store.fleet import enrolments
-from server.store.fleet.drones import create_drone
-from server.store.fleet.enrolment_notifier import EnrolmentNotifier
-from server.store.fleet.tables import EnrolmentRow
+from server.audit.store.action import AuditAction
+from server.audit.store.trail import COMMAND_LINE
+from server.fleet.store import enrolments
+from server.fleet.store.drones import create_drone
+from server.fleet.store.enrolment_notifier import EnrolmentNotifier
+from server.fleet.store.tables import EnrolmentRow
+from server.storage.database import Database, DatabaseUnavailable, open_database
 from wire.ids import DroneId
 
 NOW = datetime(2026, 11, 22, 2, 0, tzinfo=UTC)

@@ -15,9 +15,9 @@ from flight_scene import FlightScene
 from tower_world import assert_problem, start_tower
 from worlds.clock_film import HEIGHT, PICTURES_S, WIDTH, write_film
 
-from server.live.flights import recorder
-from server.store.recordings.store import MP4
-from server.store.recordings.tables import RecordingRow
+from server.flights.core import recorder
+from server.video.store.store import MP4
+from server.video.store.tables import RecordingRow
 
 PICTURES = 10
 

@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 from tower_world import Person, TowerWorld, assert_problem, start_tower
 
-from server.domain.people import Role
-from server.store.database import open_database
-from server.store.fleet.drones import create_drone
+from server.fleet.store.drones import create_drone
+from server.kernel.people import Role
+from server.storage.database import open_database
 from wire.drone_key import fingerprint
 from wire.ids import DroneId
 

@@ -14,9 +14,9 @@ from tower_world import NewDrone, TowerWorld, assert_problem, start_tower
 from worlds.processes import PASSWORD, World, free_udp_ports
 
 from onboard_agent.link.identity_file import read_identity
-from server.domain.people import Role
+from server.fleet.store.tables import EnrolmentRow
+from server.kernel.people import Role
 from server.live.hub_events import AgentLinked
-from server.store.fleet.tables import EnrolmentRow
 from wire.drone_key import DroneKey, enrolment_statement, fingerprint, key_text
 from wire.ids import DroneId
 

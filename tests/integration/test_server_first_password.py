@@ -10,10 +10,10 @@ from tower_world import PASSWORD, TowerWorld, assert_problem, start_tower
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 
-from server.domain.people import Role
-from server.store.accounts.users import UserChange, change_user
-from server.store.audit.action import AuditAction
-from server.store.audit.trail import COMMAND_LINE
+from server.accounts.store.users import UserChange, change_user
+from server.audit.store.action import AuditAction
+from server.audit.store.trail import COMMAND_LINE
+from server.kernel.people import Role
 
 OWN = "a password of my own"
 

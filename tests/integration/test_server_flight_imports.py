@@ -11,10 +11,10 @@ from tower_world import TowerWorld, assert_problem, start_tower
 from worlds.flight_files import telemetry_log
 from worlds.foreign_logs import BEGAN_S, dataflash_log, ulog_log
 
-from server.domain.people import Role
-from server.domain.shares import ShareName
-from server.live.flight_imports.converted import Converted
-from server.store.flight_imports.converting import run_converter
+from server.flights.core.imports.converted import Converted
+from server.flights.store.imports.converting import run_converter
+from server.kernel.people import Role
+from server.kernel.shares import ShareName
 
 PATH: Final = "/api/v1/flight-imports"
 RAW: Final = {"Content-Type": "application/octet-stream"}

@@ -16,9 +16,9 @@ from flight_scene import FlightScene
 from test_server_metrics import SECRET, bearer, figures
 from tower_world import TowerWorld, assert_problem, start_tower
 
-from server.domain.people import Role
-from server.live.flights import recorder
-from server.store.flights.tables import FlightRow
+from server.flights.core import recorder
+from server.flights.store.tables import FlightRow
+from server.kernel.people import Role
 from wire.dialect import build, mavlink
 from wire.tagged import tag
 

@@ -13,10 +13,10 @@ from flight_scene import FlightScene
 from test_server_metrics import SECRET, bearer, figures
 from tower_world import assert_problem, start_tower
 
-from server.live.flights import recorder
-from server.live.flights.tlog import read_entries
-from server.store.flights import service, writer
-from server.store.flights.tables import FlightRow
+from server.flights.core import recorder
+from server.flights.core.tlog import read_entries
+from server.flights.store import service, writer
+from server.flights.store.tables import FlightRow
 
 AFTER_S = 0.3
 
@@ -154,8 +154,8 @@ async def test_an_owner_pushes_out_only_his_own_flights(tmp_path: Path) -> None:
 
 
 async def test_flights_are_in_a_backup(scene: FlightScene) -> None:
-    from server.store.backup.archive import ArchiveReader
-    from server.store.backup.backup import make_backup
+    from server.backup.store.archive import ArchiveReader
+    from server.backup.store.backup import make_backup
 
     flight = await scene.whole()
     archive = scene.world.settings.var / "backup.tar"

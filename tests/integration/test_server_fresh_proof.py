@@ -14,9 +14,9 @@ from tower_world import PASSWORD, Person, TowerWorld, assert_problem, start_towe
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed
 
-from server.domain.people import Role
-from server.domain.scopes import ALL_SCOPES
-from server.store.accounts.tables import ApiTokenRow, UserRow
+from server.accounts.store.tables import ApiTokenRow, UserRow
+from server.kernel.people import Role
+from server.kernel.scopes import ALL_SCOPES
 
 PROOF = "/api/v1/session/proof"
 TOKENS = "/api/v1/tokens"

@@ -8,11 +8,11 @@ import httpx
 import pytest
 from tower_world import PASSWORD, TowerWorld, assert_problem, start_tower
 
-from server.api.http.body import MAX_COLONS
-from server.api.http.problems import MAX_ERRORS
-from server.domain.people import Role
+from server.http.body import MAX_COLONS
+from server.http.problems import MAX_ERRORS
+from server.kernel.people import Role
 from server.runtime.listening import CannotListen, listen
-from server.store.schema import DatabaseNotReady
+from server.storage.schema import DatabaseNotReady
 
 SESSION = "/api/v1/session"
 SIGN_IN = {"name": "Root", "password": PASSWORD}

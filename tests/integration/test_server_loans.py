@@ -10,9 +10,9 @@ import pytest
 from control_world import ObedientAgent, ask, audit, live, until
 from tower_world import NewDrone, Person, TowerWorld, assert_problem, start_tower
 
-from server.domain.people import Role
+from server.control.core.loan_limits import Home
+from server.kernel.people import Role
 from server.live.hub_events import LoanLimitPassed
-from server.live.relay.loan_limits import Home
 from wire.dialect import build, mavlink
 from wire.ids import DroneId, UserId
 from wire.tagged import tag

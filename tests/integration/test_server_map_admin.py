@@ -16,9 +16,9 @@ from worlds.geotiff_files import Geotiff, projected
 from worlds.tile_files import PNG, one_colour_png, write_tile_file
 from worlds.tile_server import TileServer, tile_server
 
-from server.domain.people import Role
-from server.runtime.elevation import converting
-from server.store.audit.tables import AuditEventRow
+from server.audit.store.tables import AuditEventRow
+from server.kernel.people import Role
+from server.maps.io.elevation import converting
 
 AREA: Final = {"name": "Field", "south": 47.39, "west": 8.53, "north": 47.41, "east": 8.56, "max_zoom": 12}
 

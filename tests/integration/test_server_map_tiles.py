@@ -10,7 +10,7 @@ from tower_world import TowerWorld, assert_problem, start_tower
 from worlds.tile_files import MVT, PNG, write_tile_file
 from worlds.tile_server import tile_server
 
-from server.runtime.tile_source import TileAddresses, TileFile
+from server.maps.io.tile_source import TileAddresses, TileFile
 
 CONTENT: Final = bytes(range(256)) * 40
 FILE: Final = "/api/v1/map/tiles.pmtiles"

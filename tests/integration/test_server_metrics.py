@@ -12,7 +12,7 @@ from control_world import ObedientAgent, ask, live, until
 from prometheus_client.parser import text_string_to_metric_families
 from tower_world import NewDrone, Person, TowerWorld, assert_problem, start_tower
 
-from server.domain.people import Role
+from server.kernel.people import Role
 from wire.dialect import build, mavlink
 from wire.ids import DroneId, Epoch
 from wire.sealing import read_link_id

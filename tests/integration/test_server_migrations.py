@@ -11,13 +11,13 @@ from alembic.script import ScriptDirectory
 from sqlalchemy import JSON, Connection, DateTime, column, insert, inspect, select, table, text
 from sqlalchemy.exc import IntegrityError
 
+from server.accounts.store.tables import ApiTokenRow
+from server.fleet.store.snapshot import load_snapshot
 from server.runtime.packaged import MIGRATIONS
 from server.runtime.vault import Vault
-from server.store.accounts.tables import ApiTokenRow
-from server.store.database import Database, open_database
-from server.store.fleet.snapshot import load_snapshot
-from server.store.schema import DatabaseNotReady, check_schema, is_known_revision, migrate, newest_revision
-from server.store.tables import METADATA
+from server.storage.database import Database, open_database
+from server.storage.schema import DatabaseNotReady, check_schema, is_known_revision, migrate, newest_revision
+from server.storage.tables import METADATA
 
 
 def _difference(connection: Connection) -> list[object]:

@@ -9,8 +9,8 @@ import pytest
 from control_world import audit
 from tower_world import TowerWorld, assert_problem, start_tower
 
-from server.domain.people import Role
-from server.store.missions import library
+from server.kernel.people import Role
+from server.plans.store import library
 
 MISSIONS = "/api/v1/missions"
 ROW = [16, 3, [0, 0.1, 0, None], 470000000, 80000000, 30.5, 1]

@@ -10,7 +10,7 @@ from tower_world import Person, TowerWorld, assert_problem, start_tower
 from websockets.asyncio.client import connect
 from websockets.typing import Subprotocol
 
-from server.domain.people import Role
+from server.kernel.people import Role
 
 
 @pytest.fixture

@@ -13,8 +13,8 @@ from control_world import ObedientAgent, ask, audit, until
 from test_server_enrolment import asked
 from tower_world import PASSWORD, Person, TowerWorld, assert_problem, start_tower
 
-from server.domain.people import Role
-from server.store.schema import newest_revision
+from server.kernel.people import Role
+from server.storage.schema import newest_revision
 from wire.drone_key import DroneKey
 from wire.ids import DroneId
 

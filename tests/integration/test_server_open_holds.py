@@ -11,9 +11,9 @@ from sqlalchemy import select
 from sqlalchemy.exc import OperationalError
 from tower_world import NewDrone, TowerWorld, assert_problem, start_tower
 
-from server.domain.people import Role
-from server.live.relay.link_changes import ORDERED_AGAIN
-from server.store.control.tables import ControlLeaseRow
+from server.control.store.tables import ControlLeaseRow
+from server.kernel.people import Role
+from server.link.core.link_changes import ORDERED_AGAIN
 from wire.control_messages import AutopilotState, HoldStep
 from wire.ids import DroneId
 from wire.open_holds import OPEN_HOLDS, AfterSticks, HoldStage, HoldState, Lost, LostAction, LostPhase, Stay
@@ -180,7 +180,7 @@ async def test_stay_needs_no_database(scene: Scene, monkeypatch: pytest.MonkeyPa
     def broken(*_: object, **__: object) -> None:
         raise OperationalError("INSERT", None, OSError("disk full"))
 
-    monkeypatch.setattr("server.store.control.stay_service.record", broken)
+    monkeypatch.setattr("server.control.store.stay_service.record", broken)
     assert (await ask(scene.anna, scene.drone.id, "stay")).status_code == 200
     assert len(scene.stays) == 1
 
@@ -202,8 +202,8 @@ async def test_a_database_that_takes_its_time_adds_a_hold_which_interrupts_too(
     scene: Scene, monkeypatch: pytest.MonkeyPatch, session_s: float, change_s: float
 ) -> None:
     assert (await scene.root.get("/api/v1/drones")).status_code == 200  # the tower remembers who Root is
-    monkeypatch.setattr("server.api.control.routes.DECIDED_WITHIN_S", session_s)
-    monkeypatch.setattr("server.store.control.service.DECIDED_WITHIN_S", change_s)
+    monkeypatch.setattr("server.control.api.routes.DECIDED_WITHIN_S", session_s)
+    monkeypatch.setattr("server.control.store.service.DECIDED_WITHIN_S", change_s)
     assert (await ask(scene.root, scene.drone.id, "take", interrupt=True)).status_code == 200
     first, second = scene.agent.holds
     assert UNDECIDED in first.reason

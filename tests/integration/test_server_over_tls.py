@@ -12,11 +12,11 @@ from tower_world import PASSWORD, TowerWorld, assert_problem, start_tower
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 
-from server.api.http.security_headers import TABLE
-from server.domain.people import Role
+from server.http.security_headers import TABLE
+from server.kernel.people import Role
 from server.runtime.private_files import make_private_folder
 from server.runtime.settings import SettingsError, read_settings
-from server.store.database import open_database
+from server.storage.database import open_database
 
 SIGN_IN: Final = {"name": "Root", "password": PASSWORD}
 TLS: Final = {"X-Forwarded-Proto": "https"}

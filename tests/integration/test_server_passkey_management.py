@@ -25,10 +25,10 @@ from sqlalchemy import func, select, update
 from tower_world import TowerWorld, assert_problem, start_tower
 from worlds.soft_authenticator import unb64
 
-from server.domain.people import Role
-from server.live.accounts.challenges import ASKED_AT_ONCE
-from server.store.accounts.passkeys import MAX_PER_USER
-from server.store.accounts.tables import PasskeyRow, RecoveryCodeRow, UserRow
+from server.accounts.core.challenges import ASKED_AT_ONCE
+from server.accounts.store.passkeys import MAX_PER_USER
+from server.accounts.store.tables import PasskeyRow, RecoveryCodeRow, UserRow
+from server.kernel.people import Role
 
 PROOF = f"{SESSION}/proof"
 

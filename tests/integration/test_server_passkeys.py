@@ -22,8 +22,8 @@ from passkey_world import (
 from tower_world import PASSWORD, TowerWorld, assert_problem, start_tower
 from worlds.soft_authenticator import b64, unb64
 
-from server.domain.people import Role
-from server.live.accounts.challenges import LIFETIME_S
+from server.accounts.core.challenges import LIFETIME_S
+from server.kernel.people import Role
 
 
 @pytest.fixture

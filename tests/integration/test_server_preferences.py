@@ -7,9 +7,9 @@ import pytest
 from sqlalchemy import select
 from tower_world import TowerWorld, assert_problem, start_tower
 
-from server.domain.people import Role
-from server.store.accounts.preferences import MAX_DEPTH, MAX_DOCUMENT_BYTES, MAX_DOCUMENTS
-from server.store.accounts.tables import PreferenceRow
+from server.accounts.store.preferences import MAX_DEPTH, MAX_DOCUMENT_BYTES, MAX_DOCUMENTS
+from server.accounts.store.tables import PreferenceRow
+from server.kernel.people import Role
 
 PREFERENCES = "/api/v1/me/preferences"
 STICKS = {"version": 1, "mode": 2, "pads": {"Some pad (Vendor: 045e)": {"expo": 0.3, "names": "Müller ☂"}}}

@@ -12,9 +12,9 @@ from control_world import until
 from recording_scene import RecordingScene
 from tower_world import assert_problem, start_tower
 
-from server.store.recordings.finisher import CannotFinish
-from server.store.recordings.service import NO_STORE, NOT_HERE
-from server.store.recordings.tables import RecordingRow
+from server.video.store.finisher import CannotFinish
+from server.video.store.service import NO_STORE, NOT_HERE
+from server.video.store.tables import RecordingRow
 
 
 @pytest.fixture

@@ -15,14 +15,14 @@ from sqlalchemy import event, insert
 from tower_world import assert_problem, start_tower
 from worlds.camera_units import units
 
-from server.domain.shares import ShareName
-from server.live.relay import flood_gate
-from server.store import file_budget
-from server.store.recordings import service
-from server.store.recordings.capture import TOO_LARGE, TOO_SLOW, UnitWriter
-from server.store.recordings.quota import AT_ONCE
-from server.store.recordings.service import NOTHING_CAME, TOO_LONG
-from server.store.recordings.tables import RecordingRow
+from server.kernel.shares import ShareName
+from server.link.core import flood_gate
+from server.storage import file_budget
+from server.video.store import service
+from server.video.store.capture import TOO_LARGE, TOO_SLOW, UnitWriter
+from server.video.store.quota import AT_ONCE
+from server.video.store.service import NOTHING_CAME, TOO_LONG
+from server.video.store.tables import RecordingRow
 from wire.video import Codec, Quality
 
 _COLUMNS = [column.name for column in RecordingRow.__table__.columns]

@@ -14,8 +14,8 @@ from control_world import ask, audit, live
 from recording_scene import RecordingScene
 from tower_world import assert_problem, start_tower
 
-from server.live.video.situation import VideoCondition
-from server.live.video.streams import StreamKey
+from server.video.core.situation import VideoCondition
+from server.video.core.streams import StreamKey
 from wire.control_messages import AutopilotState
 from wire.video import Codec, Quality
 

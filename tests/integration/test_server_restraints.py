@@ -12,8 +12,8 @@ from tower_world import TowerWorld, assert_problem, start_tower
 
 from control_tower import Refused, Tower
 from onboard_agent.sockets.control_channel import CredentialRefused
-from server.domain.people import Role
-from server.live.relay.restraint import QUARANTINED_WORDS
+from server.kernel.people import Role
+from server.link.core.restraint import QUARANTINED_WORDS
 from wire.ids import DroneId
 
 

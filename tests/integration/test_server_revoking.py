@@ -9,11 +9,18 @@ from control_world import ObedientAgent, ask, audit, live, until
 from sqlalchemy.exc import OperationalError
 from tower_world import Person, TowerWorld, assert_problem, start_tower
 
-from server.domain.people import Role
-from server.live.hub_events import HolderExpired, HolderGone, OfferLapsed, RightLost, RttTooLong, TurnRequested
-from server.store.accounts.users import UserChange, change_user
-from server.store.audit.action import AuditAction
-from server.store.audit.trail import COMMAND_LINE
+from server.accounts.store.users import UserChange, change_user
+from server.audit.store.action import AuditAction
+from server.audit.store.trail import COMMAND_LINE
+from server.kernel.people import Role
+from server.live.hub_events import (
+    HolderExpired,
+    HolderGone,
+    OfferLapsed,
+    RightLost,
+    RttTooLong,
+    TurnRequested,
+)
 from wire.ids import DroneId, UserId
 
 
@@ -313,7 +320,7 @@ async def test_a_flood_of_events_is_bounded_and_holds(
     agent = ObedientAgent(world.tower.hub, hawk.id)
     await ask(await world.signed_in(anna), hawk.id, "acquire")
     event_handler, drone = world.tower.event_handler, world.tower.hub.state.drones[DroneId(hawk.id)]
-    monkeypatch.setattr("server.store.control.hub_event_handler.MAX_WAITING", 4)
+    monkeypatch.setattr("server.control.store.hub_event_handler.MAX_WAITING", 4)
     for number in range(20):
         event_handler.noticed(TurnRequested(drone.drone_id, "holder"))
         event_handler.noticed(RightLost(drone.drone_id, UserId(anna.id), "taken_from", f"reason {number}"))

@@ -13,9 +13,9 @@ import httpx
 import pytest
 from tower_world import PASSWORD, MovableClock, Person, TowerWorld, assert_problem, start_tower
 
-from server.domain.people import Role
-from server.live.accounts.throttle import FREE_TRIES, FREE_TRIES_OF_ADDRESS
-from server.store.accounts.hashing_process import Hashing
+from server.accounts.core.throttle import FREE_TRIES, FREE_TRIES_OF_ADDRESS
+from server.accounts.store.hashing_process import Hashing
+from server.kernel.people import Role
 
 SESSION = "/api/v1/session"
 

@@ -10,11 +10,11 @@ from control_world import audit
 from sqlalchemy import select, update
 from tower_world import PASSWORD, Person, TowerWorld, assert_problem, start_tower
 
-from server.domain.people import Role
+from server.accounts.store.tables import RecoveryCodeRow, UserRow
+from server.fleet.store.tower_identity import forget_identity
+from server.kernel.people import Role
 from server.runtime.vault import VaultError, new_key
-from server.store.accounts.tables import RecoveryCodeRow, UserRow
-from server.store.database import open_database
-from server.store.fleet.tower_identity import forget_identity
+from server.storage.database import open_database
 
 FACTOR = "/api/v1/me/second-factor"
 

@@ -6,8 +6,8 @@ import pytest
 from sqlalchemy import select, update
 from tower_world import PASSWORD, Person, TowerWorld, assert_problem, start_tower
 
-from server.store.accounts.tables import SessionRow, UserRow
-from server.store.audit.tables import AuditEventRow
+from server.accounts.store.tables import SessionRow, UserRow
+from server.audit.store.tables import AuditEventRow
 
 SESSION = "/api/v1/session"
 IDLE_S, LIFETIME_S = 600.0, 3600.0

@@ -4,13 +4,13 @@ import asyncio
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
-from server.domain.people import Role
-from server.store.accounts.sessions import Sessions
-from server.store.accounts.users import create_user
-from server.store.audit.action import AuditAction
-from server.store.audit.trail import COMMAND_LINE
-from server.store.database import open_database
-from server.store.schema import migrate
+from server.accounts.store.sessions import Sessions
+from server.accounts.store.users import create_user
+from server.audit.store.action import AuditAction
+from server.audit.store.trail import COMMAND_LINE
+from server.kernel.people import Role
+from server.storage.database import open_database
+from server.storage.schema import migrate
 
 NOW = datetime(2026, 1, 1, tzinfo=UTC)
 BROWSERS = 40

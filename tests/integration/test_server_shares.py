@@ -9,8 +9,8 @@ import pytest
 from control_world import audit
 from tower_world import TowerWorld, assert_problem, start_tower
 
-from server.domain.people import Role
-from server.domain.shares import SHARES, ShareName
+from server.kernel.people import Role
+from server.kernel.shares import SHARES, ShareName
 
 SHARES_PATH = "/api/v1/shares"
 ZONE = {"name": "Airport", "kind": "no-fly", "points": [[47, 8], [47, 8.001], [47.001, 8]]}

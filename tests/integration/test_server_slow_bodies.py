@@ -9,7 +9,7 @@ import pytest
 from flying_scene import Scene
 from tower_world import assert_problem, start_tower
 
-import server.api.http.body
+import server.http.body
 
 JSON = {"Content-Type": "application/json"}
 
@@ -54,7 +54,7 @@ async def test_a_token_that_is_revoked_before_the_body_is_whole_writes_nothing(
 
 
 async def test_a_body_that_does_not_come_to_its_end_is_given_up(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(server.api.http.body, "WITHIN_S", 0.2)
+    monkeypatch.setattr(server.http.body, "WITHIN_S", 0.2)
     url = scene.holder.base_url
     cookie = scene.world.cookie_header(scene.holder)["Cookie"]
     reader, writer = await asyncio.open_connection(url.host, url.port)

@@ -14,10 +14,10 @@ from flight_scene import FlightScene
 from sqlalchemy import delete, select
 from tower_world import assert_problem, start_tower
 
-from server.domain.people import Role
-from server.live.flights import recorder
-from server.store.audit.tables import AuditEventRow
-from server.store.flights.tables import FlightFiguresRow, FlightShareRow
+from server.audit.store.tables import AuditEventRow
+from server.flights.core import recorder
+from server.flights.store.tables import FlightFiguresRow, FlightShareRow
+from server.kernel.people import Role
 from wire.dialect import mavlink
 
 

@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 from server.app.cli import app
 from server.app.commands.session import CommandError
-from server.domain.refusal import Refusal
+from server.kernel.refusal import Refusal
 
 Tower = Callable[..., str]
 

@@ -14,14 +14,14 @@ from team_world import ADMIN, OBSERVER, OPERATOR, Team
 from tower_world import TowerWorld, assert_problem, start_tower
 
 from server.app.routers import ROUTERS
-from server.domain.people import Role
-from server.domain.relations import TeamRole
-from server.live.flights.figures import FlightFigures, PilotShare
-from server.live.flights.times import microseconds
-from server.store.fleet.tables import OwnershipRow
-from server.store.flights.figures import keep_figures
-from server.store.flights.tables import FlightFiguresRow
-from server.store.recordings.tables import RecordingRow
+from server.fleet.store.tables import OwnershipRow
+from server.flights.core.figures import FlightFigures, PilotShare
+from server.flights.core.times import microseconds
+from server.flights.store.figures import keep_figures
+from server.flights.store.tables import FlightFiguresRow
+from server.kernel.people import Role
+from server.kernel.relations import TeamRole
+from server.video.store.tables import RecordingRow
 from wire.ids import DroneId
 
 

@@ -10,11 +10,11 @@ from control_world import ObedientAgent, ask, audit, live
 from team_world import ADMIN, OBSERVER, OPERATOR, Team
 from tower_world import TowerWorld, assert_problem, start_tower
 
-from server.domain.people import Role
-from server.store.audit.action import AuditAction
-from server.store.audit.trail import COMMAND_LINE as BY_COMMAND_LINE
-from server.store.teams import teams
-from server.store.teams.teams import COMMAND_LINE
+from server.audit.store.action import AuditAction
+from server.audit.store.trail import COMMAND_LINE as BY_COMMAND_LINE
+from server.kernel.people import Role
+from server.teams.store import teams
+from server.teams.store.teams import COMMAND_LINE
 from wire.dialect import build, mavlink
 from wire.ids import DroneId
 from wire.tagged import tag

@@ -18,12 +18,12 @@ from tower_world import PASSWORD, Person, TowerWorld, assert_problem, start_towe
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 
+from server.accounts.store import tokens
+from server.accounts.store.tables import ApiTokenRow, UserRow
 from server.app.routers import ROUTERS
-from server.domain.access import NEEDS, Action
-from server.domain.people import Role
-from server.domain.scopes import Scope
-from server.store.accounts import tokens
-from server.store.accounts.tables import ApiTokenRow, UserRow
+from server.kernel.access import NEEDS, Action
+from server.kernel.people import Role
+from server.kernel.scopes import Scope
 from wire.dialect import build, mavlink
 from wire.ids import DroneId
 from wire.tagged import tag

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from tower_world import PASSWORD, Person, TowerWorld, assert_problem, start_tower
 
-from server.domain.people import Role
+from server.kernel.people import Role
 
 USERS = "/api/v1/users"
 

@@ -13,9 +13,9 @@ from video_scene import MEDIUM, Scene, wanted
 from video_world import Watcher, filming
 from websockets.exceptions import ConnectionClosed
 
-from server.live.relay.flood_gate import FLOODING
-from server.live.video import drone_video
-from server.live.video.drone_video import UNITS_BURST
+from server.link.core.flood_gate import FLOODING
+from server.video.core import drone_video
+from server.video.core.drone_video import UNITS_BURST
 
 
 @pytest.fixture

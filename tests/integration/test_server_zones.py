@@ -10,8 +10,8 @@ import pytest
 from flying_scene import Scene
 from tower_world import start_tower
 
-from server.domain.people import Role
-from server.store.zones import zones
+from server.airspace.store import zones
+from server.kernel.people import Role
 
 AREA = [[47.002, 7.999], [47.003, 7.999], [47.003, 8.001], [47.002, 8.001]]
 """Some 220 m north of home."""

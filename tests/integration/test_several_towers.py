@@ -15,15 +15,15 @@ from sqlalchemy import select, update
 from tower_world import assert_problem, start_tower
 from worlds.nats import TemporaryNats
 
-from server.domain.clock import utc_now
-from server.domain.tower_lease import LockWatch
-from server.live.towers.place import Place
-from server.store.database import open_database
-from server.store.schema import migrate
-from server.store.tower_lock import TowerLockHeld
-from server.store.tower_lock_table import TowerLockRow
-from server.store.towers.membership import TowerMembership
-from server.store.towers.tables import TowerMemberRow
+from server.kernel.clock import utc_now
+from server.storage.database import open_database
+from server.storage.schema import migrate
+from server.towers.core.place import Place
+from server.towers.core.tower_lease import LockWatch
+from server.towers.store.membership import TowerMembership
+from server.towers.store.tables import TowerMemberRow
+from server.towers.store.tower_lock import TowerLockHeld
+from server.towers.store.tower_lock_table import TowerLockRow
 from wire.content import Frames
 from wire.dialect import mavlink
 from wire.ids import DroneId, Epoch

@@ -14,12 +14,12 @@ from control_world import DEADLINE_S, ObedientAgent, ask, live, until
 from shared_bus_world import AUTOPILOT, Two, frame_of
 from tower_world import TowerWorld, assert_problem
 
-from server.domain.people import Role
-from server.live.alerts.left_alerts import GONE_FOR_S
-from server.live.alerts.tower_facts import Disk, StoredThere
-from server.live.separation.motion import METRES_PER_DEGREE
-from server.live.towers.place import Place
-from server.store.alerts.left_behind import LeftBehind
+from server.airspace.core.separation.motion import METRES_PER_DEGREE
+from server.alerts.core.left_alerts import GONE_FOR_S
+from server.alerts.core.tower_facts import Disk, StoredThere
+from server.alerts.store.left_behind import LeftBehind
+from server.kernel.people import Role
+from server.towers.core.place import Place
 from wire.content import Frames
 from wire.dialect import mavlink
 from wire.ids import DroneId, Epoch

@@ -17,8 +17,8 @@ from tower_world import TowerWorld
 from video_world import CameraAgent, Watcher, camera_agent, filming, watching_video
 from worlds.nats import TemporaryNats
 
-from server.domain.people import Role
-from server.live.towers.place import Place
+from server.kernel.people import Role
+from server.towers.core.place import Place
 from wire.ids import DroneId
 from wire.video import CameraState, Codec, Quality
 

@@ -13,8 +13,8 @@ import pytest
 from tower_world import PASSWORD, Person, TowerWorld, start_tower
 
 from bench.attackers import post_sign_in
-from server.live.anonymous.limits import LIMITS
-from server.live.anonymous.networks import origin_of
+from server.anonymous.core.limits import LIMITS
+from server.anonymous.core.networks import origin_of
 
 STRANGER = "127.77.0.1"
 """Not a trusted proxy."""

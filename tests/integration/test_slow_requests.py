@@ -10,9 +10,9 @@ import pytest
 from control_world import live
 from tower_world import TowerWorld, start_tower
 
-from server.api.websocket import upgrading_http
-from server.domain.people import Role
-from server.live.anonymous.budget import Over
+from server.anonymous.core.budget import Over
+from server.kernel.people import Role
+from server.link.api.websocket import upgrading_http
 
 HEAD_WITHIN_S = 0.3
 DRIP_S = 0.05

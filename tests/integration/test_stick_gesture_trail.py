@@ -8,7 +8,7 @@ from control_world import live
 from flight_scene import FlightScene
 from tower_world import start_tower
 
-from server.live.flights import recorder
+from server.flights.core import recorder
 from wire.control_messages import AutopilotState
 
 

@@ -12,14 +12,14 @@ from identity_world import _agent, public_half_of, record, signed_in
 from sqlalchemy import text
 from tower_world import PASSWORD, NewDrone, TowerWorld, start_tower
 
-from server.api.authentication import COOKIE
-from server.api.relay import agent_sign_in
-from server.domain.people import Role
-from server.live.accounts.totp import hash_recovery_code
+from server.accounts.core.totp import hash_recovery_code
+from server.accounts.store.users import get_user
+from server.fleet.store.tower_identity import TowerIdentity, check_key_is_there, forget_identity
+from server.http.authentication import COOKIE
+from server.kernel.people import Role
+from server.link.api import agent_sign_in
 from server.runtime.vault import Vault, VaultError, new_key
-from server.store.accounts.users import get_user
-from server.store.fleet.tower_identity import TowerIdentity, check_key_is_there, forget_identity
-from server.store.tables import METADATA
+from server.storage.tables import METADATA
 from wire.drone_key import DroneKey, enrolment_statement, key_text
 from wire.ids import DroneId
 

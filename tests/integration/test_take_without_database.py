@@ -18,9 +18,9 @@ from prometheus_client.parser import text_string_to_metric_families
 from sqlalchemy import event
 from tower_world import NewDrone, Person, TowerWorld, assert_problem, start_tower
 
-from server.domain.lease import Event
-from server.domain.people import Role
-from server.domain.tower_lease import LEASE_S
+from server.control.core.lease import Event
+from server.kernel.people import Role
+from server.towers.core.tower_lease import LEASE_S
 from wire.ids import DroneId
 
 DATABASE_GIVEN_UP_S = 15.0

@@ -19,7 +19,7 @@ from worlds.free_ports import free_tcp_port
 from worlds.pilot import at_the_controls
 from worlds.processes import Answer, World, wait_for
 
-from server.domain.people import Role
+from server.kernel.people import Role
 
 TRACE, BROWSER = "4bf92f3577b34da6a3ce929d0e0e4736", "00f067aa0ba902b7"
 DEADLINE_S = 60.0

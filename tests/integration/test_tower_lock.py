@@ -10,10 +10,17 @@ import pytest
 from control_world import until
 from tower_world import copy_empty_database
 
-from server.domain.clock import utc_now
-from server.domain.tower_lease import AWAY_S, LEASE_S, RENEW_EVERY_S, RENEW_WITHIN_S, TAKE_AFTER_S, LockState
-from server.store.database import Database, LockLost, open_database
-from server.store.tower_lock import TowerLock, TowerLockHeld
+from server.kernel.clock import utc_now
+from server.storage.database import Database, LockLost, open_database
+from server.towers.core.tower_lease import (
+    AWAY_S,
+    LEASE_S,
+    RENEW_EVERY_S,
+    RENEW_WITHIN_S,
+    TAKE_AFTER_S,
+    LockState,
+)
+from server.towers.store.tower_lock import TowerLock, TowerLockHeld
 
 
 @pytest.fixture(params=["sqlite", "postgresql"])

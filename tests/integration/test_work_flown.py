@@ -10,7 +10,7 @@ import pytest
 from worlds.pilot import Pilot, at_the_controls
 from worlds.processes import World, wait_for
 
-from server.live.relay.loan_limits import Home
+from server.control.core.loan_limits import Home
 
 WAYPOINT, TAKE_OFF, RETURN = 16, 22, 20
 LAT_E7, LON_E7 = 473977000, 85456000

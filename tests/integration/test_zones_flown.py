@@ -9,7 +9,7 @@ import pytest
 from worlds.pilot import LOITER, Pilot, at_the_controls, fly_by_hand
 from worlds.processes import Visitor, World, wait_for
 
-from server.live.relay.loan_limits import Home
+from server.control.core.loan_limits import Home
 
 EDGE_M = 60.0
 DEEP_M = 200.0

@@ -22,19 +22,19 @@ from worlds.compiled_statements import share_compiled_statements
 
 from onboard_agent.link.identity import Identity, Kept
 from onboard_agent.link.identity_file import write_private
+from server.accounts.store.users import create_user
 from server.app.composition import create_app
 from server.app.serving import TowerServer
 from server.app.tower import Tower, TowerApp
-from server.domain.people import Role
+from server.audit.store.action import AuditAction
+from server.audit.store.trail import COMMAND_LINE
+from server.fleet.store.drones import add_owner, create_drone, get_drone, set_key
+from server.fleet.store.snapshot import begin_fleet_change
+from server.kernel.people import Role
 from server.runtime.listening import address_in_words, listen
 from server.runtime.settings import Settings
-from server.store.accounts.users import create_user
-from server.store.audit.action import AuditAction
-from server.store.audit.trail import COMMAND_LINE
-from server.store.database import Database, open_database
-from server.store.fleet.drones import add_owner, create_drone, get_drone, set_key
-from server.store.fleet.snapshot import begin_fleet_change
-from server.store.schema import current_revision, migrate, newest_revision
+from server.storage.database import Database, open_database
+from server.storage.schema import current_revision, migrate, newest_revision
 from wire.credential import Credential
 from wire.drone_key import KEY_BYTES, DroneKey
 from wire.ids import DroneId

@@ -9,7 +9,7 @@ from agent_fakes import until
 from tower_world import NewDrone, Person, TowerWorld
 from video_world import CameraAgent, Watcher, camera_agent, watching_video
 
-from server.domain.people import Role
+from server.kernel.people import Role
 from wire.video import Codec, Quality
 
 

@@ -8,7 +8,7 @@ from typing import Any
 from control_world import ObedientAgent
 
 from server.live.hub import Hub
-from server.live.operations.service import OperationService
+from server.operations.core.service import OperationService
 from wire.control_messages import ToAgent
 from wire.dialect import build, mavlink
 from wire.ids import DroneId, Epoch

@@ -5,8 +5,8 @@ from collections.abc import Callable
 from contextlib import suppress
 
 from onboard_agent.onboard import Onboard
+from server.link.core.agent_link import AgentLink
 from server.live.hub import Hub
-from server.live.relay.agent_link import AgentLink
 from wire.control_messages import (
     AutopilotState,
     ControlChanged,

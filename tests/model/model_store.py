@@ -4,13 +4,13 @@ from collections.abc import Generator
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 
-from server.domain.fleet import DroneRecord, FleetSnapshot, SignInRecord, TeamRecord, UserRecord
-from server.domain.lease import TOWER as THE_TOWER
-from server.domain.lease import Actor, Changed, Event, Lease, Refused, decide
-from server.domain.people import Role, SignInId, UserRef
-from server.domain.relations import Relation, Right, TeamRole, Ties, may, relation_of
-from server.live.relay.live_drone import LeaseView
-from server.store.control.lease_store import HOLDS_ANOTHER, MOVED, Ask, Committed
+from server.control.core.lease import TOWER as THE_TOWER
+from server.control.core.lease import Actor, Changed, Event, Lease, Refused, decide
+from server.control.store.lease_store import HOLDS_ANOTHER, MOVED, Ask, Committed
+from server.kernel.fleet import DroneRecord, FleetSnapshot, SignInRecord, TeamRecord, UserRecord
+from server.kernel.people import Role, SignInId, UserRef
+from server.kernel.relations import Relation, Right, TeamRole, Ties, may, relation_of
+from server.live.live_drone import LeaseView
 from wire.ids import DroneId, UserId
 
 SINCE = datetime(2026, 1, 1, tzinfo=UTC)
@@ -81,7 +81,7 @@ class MemoryStore:
         return account.team.get(ask.drone_id) is TeamRole.ADMIN and not above
 
     def after_start(self) -> None:
-        """Does the same as `server.store.control.after_start`."""
+        """Does the same as `server.control.store.after_start`."""
         for drone_id, lease in self.leases.items():
             outcome = decide(lease, Event.ASSIST_END, THE_TOWER)
             if isinstance(outcome, Changed):

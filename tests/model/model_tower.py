@@ -9,17 +9,17 @@ from typing import Any
 from model_agent import stick_frame
 from model_store import MemoryStore
 
-from server.domain.access import UnknownDrone
-from server.domain.lease import Event, Refused
-from server.domain.people import Principal, Role, UserRef
+from server.control.core.lease import Event, Refused
+from server.control.store.hub_event_handler import HubEventHandler
+from server.control.store.lease_store import Ask, Committed
+from server.control.store.loss_checks import LossChecks
+from server.control.store.rehearsal import Rehearsals
+from server.control.store.service import ControlRefused, ControlService
+from server.kernel.access import UnknownDrone
+from server.kernel.people import Principal, Role, UserRef
+from server.live.browser import Browser
 from server.live.hub import Hub
 from server.live.hub_events import HubEvent
-from server.live.relay.browser import Browser
-from server.store.control.hub_event_handler import HubEventHandler
-from server.store.control.lease_store import Ask, Committed
-from server.store.control.loss_checks import LossChecks
-from server.store.control.rehearsal import Rehearsals
-from server.store.control.service import ControlRefused, ControlService
 from wire.ids import DroneId, UserId
 from wire.tagged import tag
 

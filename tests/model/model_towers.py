@@ -1,6 +1,6 @@
 """Two towers on one store and one bus. All parts are real but the store, the bus and the wires.
 
-Requests about a drone of the other tower go over the bus as in `server/api/bus`, without HTTP.
+Requests about a drone of the other tower go over the bus as in `server/towers/api`, without HTTP.
 """
 
 from __future__ import annotations
@@ -13,20 +13,20 @@ from typing import Any
 from model_store import MemoryStore, Pause
 from model_tower import ModelTower
 
-from server.domain.access import UnknownDrone
-from server.domain.lease import TOWER as THE_TOWER
-from server.domain.lease import Changed, Event, Refused, decide
-from server.domain.people import Principal
-from server.live.relay.live_drone import LeaseView
-from server.live.towers.messages import Answer, Ask
-from server.live.towers.place import Place
-from server.live.towers.towers import Towers
-from server.live.towers.visitors import Stop, Visitor
-from server.store.control.lease_store import Ask as LeaseAsk
-from server.store.control.lease_store import Committed
-from server.store.control.service import ControlRefused
-from server.store.towers.claims import Claims
-from server.store.towers.drone_homes import AT_ANOTHER_TOWER, Claimed
+from server.control.core.lease import TOWER as THE_TOWER
+from server.control.core.lease import Changed, Event, Refused, decide
+from server.control.store.lease_store import Ask as LeaseAsk
+from server.control.store.lease_store import Committed
+from server.control.store.service import ControlRefused
+from server.kernel.access import UnknownDrone
+from server.kernel.people import Principal
+from server.live.live_drone import LeaseView
+from server.towers.core.messages import Answer, Ask
+from server.towers.core.place import Place
+from server.towers.core.towers import Towers
+from server.towers.core.visitors import Stop, Visitor
+from server.towers.store.claims import Claims
+from server.towers.store.drone_homes import AT_ANOTHER_TOWER, Claimed
 from wire.ids import DroneId, UserId
 
 MAX_ON_THE_BUS = 200

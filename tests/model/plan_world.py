@@ -18,11 +18,11 @@ from model_tower import ModelTower
 from plan_agent import DRONE, MISSION, MemoryJournal, ParamValue, PlanAgent
 from plan_samples import NEW, OLD, THIRD
 
-from server.domain.lease import Event, Lease
-from server.domain.people import Role, UserRef
-from server.live.missions import plans
-from server.live.operations.operation import STATE_OF, Lane, Operation, Order, State, Step
-from server.live.operations.refusals import DroneBusy, DroneOffline
+from server.control.core.lease import Event, Lease
+from server.kernel.people import Role, UserRef
+from server.operations.core.operation import STATE_OF, Lane, Operation, Order, State, Step
+from server.operations.core.refusals import DroneBusy, DroneOffline
+from server.plans.core import plans
 from simulator.dialect import Codec
 from simulator.failure_modes import Failure
 from simulator.flight_state import FlightSettings

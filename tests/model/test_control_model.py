@@ -22,10 +22,10 @@ from model_store import Account, MemoryStore
 from model_tower import ModelTower
 from worlds.tiers import examples
 
-from server.domain.lease import Event, Lease
-from server.domain.people import Role
-from server.domain.relations import Right, TeamRole, may
-from server.live.relay.orphans import ORPHAN_S
+from server.control.core.lease import Event, Lease
+from server.control.core.orphans import ORPHAN_S
+from server.kernel.people import Role
+from server.kernel.relations import Right, TeamRole, may
 from wire.ids import DroneId, LinkId, UserId
 
 ALICE, BOB, CHIEF, ROOT, TOOR = UserId(1), UserId(2), UserId(5), UserId(8), UserId(9)

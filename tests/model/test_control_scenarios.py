@@ -5,7 +5,7 @@ from itertools import permutations
 import pytest
 from test_control_model import ALICE, BOB, ONE, ROOT, TOOR, ControlModel
 
-from server.domain.lease import Event
+from server.control.core.lease import Event
 
 
 @pytest.fixture

@@ -16,8 +16,8 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, pr
 from two_towers import ALICE, BOB, EVERYBODY, ONE, ROOT, TOOR, TWO, A, B, TwoTowers
 from worlds.tiers import examples
 
-from server.domain.lease import Event
-from server.live.towers.place import Place
+from server.control.core.lease import Event
+from server.towers.core.place import Place
 from wire.ids import DroneId, LinkId, UserId
 
 MAX_CONCURRENT = 4

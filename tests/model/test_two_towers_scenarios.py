@@ -6,8 +6,8 @@ import pytest
 from test_two_towers_model import TwoTowersModel
 from two_towers import ALICE, BOB, ONE, ROOT, TOOR, TWO, A, B
 
-from server.domain.lease import Event
-from server.live.towers.place import Place
+from server.control.core.lease import Event
+from server.towers.core.place import Place
 
 
 @pytest.fixture

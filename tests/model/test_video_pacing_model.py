@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from worlds.tiers import examples
 
 from bench.video.got_cadence import Got, GotCadence
-from server.live.video.pacing import TRUST_S, ViewerPace
-from server.live.video.streams import Relayed, Stream
+from server.video.core.pacing import TRUST_S, ViewerPace
+from server.video.core.streams import Relayed, Stream
 from wire.video import Codec, Quality, UnitHead
 
 RATE_HZ = 24.0

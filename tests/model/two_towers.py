@@ -8,8 +8,8 @@ from model_store import Account
 from model_tower import LATER
 from model_towers import FakeBus, OneOfSeveral, SharedStore
 
-from server.domain.lease import Lease
-from server.domain.people import Role
+from server.control.core.lease import Lease
+from server.kernel.people import Role
 from server.live.hub import Hub
 from wire.control_messages import HoldOrder, ToAgent, ToTower
 from wire.ids import DroneId, LinkId, UserId

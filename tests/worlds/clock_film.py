@@ -11,7 +11,7 @@ from typing import Final
 import av
 import numpy as np
 
-from server.store.folder_id import open_folder
+from server.storage.folder_id import open_folder
 
 WIDTH: Final = 320
 HEIGHT: Final = 240

@@ -9,7 +9,7 @@ from typing import Any, Final
 from sqlalchemy.ext.asyncio import AsyncEngine, create_async_engine
 from sqlalchemy.util import LRUCache
 
-from server.store import database
+from server.storage import database
 
 STATEMENTS: Final = 2000
 """More than the towers have, of all versions that tests start."""

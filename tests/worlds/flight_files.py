@@ -1,6 +1,6 @@
 """Files of a recorded flight as the recorder writes them, of any length, without flying: a drone on a circle.
 
-A tower that starts and finds them lists the flight (server/store/flights/service.py). The flight has a hand-over with a
+A tower that starts and finds them lists the flight (server/flights/store/service.py). The flight has a hand-over with a
 hold, commands, an alert, sticks, a lost link and statements of the autopilot, at times that `EVENTS_S` names.
 """
 

@@ -109,8 +109,8 @@ def make_route_models() -> None:
     """Makes what a tower makes once in a process, at its start. It takes most of the time that imports leave."""
     from fastapi import FastAPI
 
-    from server.api.http.prepare_routes import prepare_routes
     from server.app.routers import included_routes
+    from server.http.prepare_routes import prepare_routes
 
     prepare_routes(FastAPI(routes=[*included_routes()]))
 

@@ -2,9 +2,9 @@
 
 from collections.abc import Iterable
 
-from server.live.video.situation import VideoCondition, VideoSituation
-from server.live.video.streams import StreamKey, StreamSink
-from server.store.recordings.capture import VideoStreams
+from server.video.core.situation import VideoCondition, VideoSituation
+from server.video.core.streams import StreamKey, StreamSink
+from server.video.store.capture import VideoStreams
 from wire.ids import DroneId
 from wire.video import Codec, decode_head
 

@@ -1,6 +1,6 @@
 /**
  * Puts a Brotli and a gzip copy beside every text file of the build that gets smaller by it. The tower serves the
- * smallest copy a browser takes (server/api/http/console.py), so that nothing is compressed while somebody waits.
+ * smallest copy a browser takes (server/http/console.py), so that nothing is compressed while somebody waits.
  */
 
 import { readdirSync, readFileSync, writeFileSync } from 'node:fs';

@@ -6,10 +6,10 @@ from typing import Final
 AREAS: Final = (
     (
         "safety",
-        r"onboard_agent/failsafe/|server/live/(alerts|control|relay)/|server/domain/lease|server/store/control/|"
-        r"wire/zones/|server/live/zones/watch|wire/autopilots/.*_loss",
+        r"onboard_agent/failsafe/|server/(alerts|control|link)/core|server/live/(?!hub)|server/control/store/|"
+        r"wire/zones/|server/airspace/core/zones/watch|wire/autopilots/.*_loss",
     ),
-    ("flight", r"onboard_agent/|wire/|server/live/"),
+    ("flight", r"onboard_agent/|wire/|server/live/|server/(?!maps)\w+/core"),
     ("tower", r""),
 )
 """The files of a language, and which sources use their texts. A text is in the first that uses it."""
@@ -123,23 +123,26 @@ NOT_SHOWN: Final = re.compile(
             r"onboard_agent/(payload/(payload_port|sensor_lines|servo\.)|telemetry/t|update/(release_keys|launch))",
             r"onboard_agent/autonomy/(.*sett?ings?|loading|scripted|frame_sharing|target_watch|core/payload_release)",
             r"onboard_agent/video/(channel|child|trial|entry|core/units|encoders|sources)",
-            r"server/runtime/(settings|listening|mail_source|bus_certificate|bus_seal|feed_source|vault|tower_condition)",
-            r"server/runtime/notify/(push_encryption|sending_threads|vapid)",
-            r"server/domain/(tower_lease|shares_table)",
-            r"server/store/(backup|schema|tower_lock|database|audit/|.*/tables|tables|folder_id|repeated|towers/[cm])",
-            r"server/store/(accounts/(hashing|sealed|passwords\.py)|fleet/tower_identity|operations|bounded)",
+            r"server/runtime/(settings|listening|vault|tower_condition)",
+            r"server/alerts/io/(push_encryption|sending_threads|vapid)",
+            r"server/kernel/shares_table|server/towers/(core/tower_lease|io/bus_(certificate|seal))",
+            r"server/alerts/io/mail_source|server/airspace/io",
+            r"server/storage/(schema|database|tables|folder_id|repeated|bounded)|server/\w+/store/.*tables",
+            r"server/(backup/|audit/store|towers/store/([cm]|tower_lock)|fleet/store/tower_identity|operations/store)",
+            r"server/accounts/store/(hashing|sealed|passwords\.py)",
             # What crosses the wires, or is read by programs only.
             r"wire/(black_box|content|controllers|credential|drone_key|frames|parameter_metadata|parameters|plans|sealing)",
             r"wire/(sign_in|state_messages|tagged|transport_stream|urgency|video)",
-            r"server/api/(metrics|telemetry|websocket|audit|bus/(nats|video)|tiles/(routes|tile_routes))",
-            r"server/api/recordings/video_answer",
-            r"server/api/http/(console|problem_docs|problem_kinds|security|health)",
-            r"server/api/relay/(agent_|connected|link_ticket|tls_)|server/api/video/agent",
-            r"server/live/(hub|accounts/(totp|webauthn)|aircraft/feed|alerts/(rules_table|finding)|control/diagram)",
-            r"server/live/(towers/.*messages|relay/live_messages|separation|recordings/units|operations/person)",
+            r"server/(monitoring/|link/api/websocket|audit/api|towers/api/(nats|video)|maps/api/(routes|tile_routes))",
+            r"server/video/api/video_answer",
+            r"server/http/(console|problem_|general_problems|security|health)|server/(?!http)\w+/(problems|part)\.",
+            r"server/link/api/(agent_|connected|link_ticket|tls_)|server/video/api/agent",
+            r"server/live/(hub|live_messages)|server/accounts/core/(totp|webauthn)|server/control/core/diagram",
+            r"server/airspace/core/(aircraft/feed|separation)|server/alerts/core/(rules_table|finding)",
+            r"server/(towers/core/.*messages|video/core/recordings/units|operations/core/person)",
             # Files to be downloaded, and pictures.
-            r"server/live/flights/(exports|index|report|track)|server/live/flight_videos/display",
-            r"server/store/flight_videos/drawing",
+            r"server/flights/core/(exports|index|report|track)|server/flights/core/videos/display",
+            r"server/flights/store/videos/drawing",
         )
     )
 )
@@ -180,7 +183,7 @@ MACHINE_KEYWORDS: Final = frozenset({"when", "name", "key", "summary", "descript
 MORE: Final[dict[str, tuple[str, ...]]] = {
     "onboard_agent/failsafe/lost_action_table.py": ("return", "land", "stay"),
     "onboard_agent/transactions/command_handler.py": ("armed", "disarmed", "on the ground"),
-    "server/live/alerts/flight_conditions.py": (
+    "server/alerts/core/flight_conditions.py": (
         "low",
         "critical",
         ": {percent:number} %",
@@ -192,8 +195,8 @@ MORE: Final[dict[str, tuple[str, ...]]] = {
         "{name} reaches {words:text} in about {s:number} s{far:text}.",
         "{name} goes above the {ceiling_m:number} m of the zone {zone} in about {s:number} s{far:text}.",
     ),
-    "server/live/alerts/link_conditions.py": ("returns", "lands", "was flown by hand", ": {why:text}"),
-    "server/live/alerts/pair_alerts.py": (
+    "server/alerts/core/link_conditions.py": ("returns", "lands", "was flown by hand", ": {why:text}"),
+    "server/alerts/core/pair_alerts.py": (
         "north",
         "north-east",
         "east",
@@ -204,8 +207,8 @@ MORE: Final[dict[str, tuple[str, ...]]] = {
         "north-west",
         "are",
     ),
-    "server/live/alerts/rules.py": ("Failsafe", "Emergency", "Vibration", "Unattended"),
-    "server/live/preflight/checks.py": (
+    "server/alerts/core/rules.py": ("Failsafe", "Emergency", "Vibration", "Unattended"),
+    "server/readiness/core/checks.py": (
         "{number:number} danger",
         "{number:number} dangers",
         "{number:number} warning",
@@ -223,17 +226,17 @@ MORE: Final[dict[str, tuple[str, ...]]] = {
         "No position fix{count:text}.",
         "Position fix{count:text}.",
     ),
-    "server/live/relay/refusals.py": (
+    "server/control/core/frame_refusals.py": (
         "{name} is lent to you {words:text}",
         "Nothing was sent to {name}: its way {words:text}",
     ),
-    "server/live/relay/open_hold.py": ("continue", "none", "altitude", "not known"),
-    "server/runtime/map_files.py": (
+    "server/control/core/open_hold.py": ("continue", "none", "altitude", "not known"),
+    "server/maps/io/map_files.py": (
         "names a file whose metadata is too large",
         "names a file whose metadata cannot be read",
     ),
-    "server/runtime/notify/message.py": ("the tower has no mail server",),
-    "server/runtime/tile_source.py": (
+    "server/alerts/io/message.py": ("the tower has no mail server",),
+    "server/maps/io/tile_source.py": (
         "must be an https:// address, or the path of a .pmtiles file",
         "must not contain spaces, quotes, commas or semicolons",
         "must contain {places} once, like https://tiles.example.org/{z}/{x}/{y}.png",
@@ -245,7 +248,7 @@ MORE: Final[dict[str, tuple[str, ...]]] = {
         "names a PMTiles file of version {given:number}: only version {known:number} is known",
         "names a PMTiles file whose tiles are neither images nor MVT",
     ),
-    "server/store/control/rehearsal.py": ("tower", "person", "operator"),
+    "server/control/store/rehearsal.py": ("tower", "person", "operator"),
     "wire/autopilots/ardupilot_loss.py": ("lands", "brakes"),
     "wire/autopilots/px4_loss.py": ("a mission", "a hold"),
     "wire/zones/zone.py": (

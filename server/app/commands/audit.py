@@ -7,10 +7,10 @@ from typing import Annotated
 import typer
 
 from server.app.commands.session import CommandError, with_database
+from server.audit.store.verifying import Verdict, verify
+from server.fleet.store.tower_identity import public_key_of
 from server.runtime.settings import Settings
-from server.store.audit.verifying import Verdict, verify
-from server.store.database import Database
-from server.store.fleet.tower_identity import public_key_of
+from server.storage.database import Database
 
 app = typer.Typer(no_args_is_help=True, help="The audit trail.")
 

@@ -30,9 +30,9 @@ from cryptography import x509
 from server.runtime.listening import CannotListen, listen
 from server.runtime.settings import Settings, SettingsError
 from server.runtime.vault import VaultError
-from server.store.database import DatabaseError, DatabaseUnavailable, open_database
-from server.store.integrity import fault_in, sqlite_file
-from server.store.schema import DatabaseNotReady, check_schema
+from server.storage.database import DatabaseError, DatabaseUnavailable, open_database
+from server.storage.integrity import fault_in, sqlite_file
+from server.storage.schema import DatabaseNotReady, check_schema
 
 ANSWER_WITHIN_S: Final = 5.0
 MAX_CLOCK_OFF_S: Final = 5.0

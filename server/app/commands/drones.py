@@ -7,15 +7,15 @@ from typing import Annotated
 
 import typer
 
+from server.accounts.store.tables import UserRow
+from server.accounts.store.users import find_user
 from server.app.commands.session import CommandError, action_now, as_table, keep_secret, with_database
-from server.domain.fleet import DroneRecord, FleetSnapshot
+from server.fleet.store import drones, enrolments
+from server.fleet.store.snapshot import load_snapshot
+from server.fleet.store.tables import DroneRow
+from server.kernel.fleet import DroneRecord, FleetSnapshot
 from server.runtime.settings import Settings
-from server.store.accounts.tables import UserRow
-from server.store.accounts.users import find_user
-from server.store.database import Database, DatabaseSession
-from server.store.fleet import drones, enrolments
-from server.store.fleet.snapshot import load_snapshot
-from server.store.fleet.tables import DroneRow
+from server.storage.database import Database, DatabaseSession
 from wire.drone_key import fingerprint
 
 app = typer.Typer(no_args_is_help=True, help="Drones: who is in the fleet, and who owns them.")

@@ -11,9 +11,9 @@ from typing import Annotated
 import typer
 
 from server.app.commands.session import CommandError, action_now, with_database
-from server.runtime.map_files import NAME
+from server.maps.io.map_files import NAME
 from server.runtime.settings import Settings
-from server.store.database import Database
+from server.storage.database import Database
 
 
 def add_to(app: typer.Typer) -> None:
@@ -31,9 +31,9 @@ def add_elevation_file(
 
     A map file of the same name is replaced: see docs/maps.md.
     """
-    from server.runtime.elevation.converted import Converted
-    from server.runtime.elevation.converting import add_elevation
-    from server.runtime.elevation.refusals import BadElevationFile
+    from server.maps.io.elevation.converted import Converted
+    from server.maps.io.elevation.converting import add_elevation
+    from server.maps.io.elevation.refusals import BadElevationFile
 
     name = name or re.sub(r"[^a-z0-9_-]+", "-", file.stem.lower()).strip("-_")[:80]
     if not NAME.fullmatch(name):

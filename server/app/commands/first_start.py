@@ -8,13 +8,13 @@ from __future__ import annotations
 import asyncio
 from typing import Final
 
+from server.accounts.store.passwords import generate_password
+from server.accounts.store.users import create_user, list_users
 from server.app.commands.session import action_now, passwords_of
-from server.domain.people import Role
+from server.kernel.people import Role
 from server.runtime.settings import Settings
-from server.store.accounts.passwords import generate_password
-from server.store.accounts.users import create_user, list_users
-from server.store.database import open_database, sqlite_file
-from server.store.schema import migrate
+from server.storage.database import open_database, sqlite_file
+from server.storage.schema import migrate
 
 FIRST_ADMIN: Final = "admin"
 

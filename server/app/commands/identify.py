@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from server.app.commands.session import CommandError
-from server.live.flights.tlog import of_one_vehicle, read_entries
+from server.flights.core.tlog import of_one_vehicle, read_entries
 
 
 def add_to(app: typer.Typer) -> None:
@@ -25,7 +25,7 @@ def identify_file(
 
     Needs no running tower and changes nothing: see docs/statistics.md.
     """
-    from server.live.identification.axes import AXES, NoColumns, identify, table_of_csv, table_of_tlog  # loads NumPy
+    from server.identification.core.axes import AXES, NoColumns, identify, table_of_csv, table_of_tlog  # loads NumPy
 
     try:
         if file.suffix.lower() == ".csv":

@@ -15,16 +15,16 @@ import typer
 
 from server.app.commands.first_start import create_database, in_words
 from server.app.commands.session import CommandError, settings_now
-from server.domain.clock import utc_now
+from server.backup.store.archive import ArchiveReader, BadArchive
+from server.backup.store.backup import make_backup
+from server.backup.store.copying import CountsDiffer, copy_database
+from server.backup.store.only_process import only_process
+from server.backup.store.restore import CannotRestore, Place, restore
+from server.kernel.clock import utc_now
 from server.runtime.settings import Settings, SettingsError, read_settings
-from server.store.backup.archive import ArchiveReader, BadArchive
-from server.store.backup.backup import make_backup
-from server.store.backup.copying import CountsDiffer, copy_database
-from server.store.backup.only_process import only_process
-from server.store.backup.restore import CannotRestore, Place, restore
-from server.store.database import Database, open_database
-from server.store.integrity import fault_in, sqlite_file
-from server.store.schema import check_schema, current_revision, is_known_revision, migrate, newest_revision
+from server.storage.database import Database, open_database
+from server.storage.integrity import fault_in, sqlite_file
+from server.storage.schema import check_schema, current_revision, is_known_revision, migrate, newest_revision
 
 LONG_S: Final = 3600.0
 """Timeout of these commands: tables of millions of rows."""

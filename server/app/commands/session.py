@@ -9,12 +9,12 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, TypeVar
 
+from server.accounts.store.passwords import Passwords
+from server.audit.store.action import AuditAction
+from server.audit.store.trail import COMMAND_LINE
 from server.runtime.settings import Settings, read_settings
-from server.store.accounts.passwords import Passwords
-from server.store.audit.action import AuditAction
-from server.store.audit.trail import COMMAND_LINE
-from server.store.database import Database, open_database
-from server.store.schema import check_schema
+from server.storage.database import Database, open_database
+from server.storage.schema import check_schema
 
 Answer = TypeVar("Answer")
 

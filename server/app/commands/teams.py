@@ -6,16 +6,16 @@ from typing import Annotated
 
 import typer
 
+from server.accounts.store.users import find_user
 from server.app.commands.drones import find_named
 from server.app.commands.session import CommandError, action_now, as_table, with_database
-from server.domain.relations import TeamRole
+from server.kernel.relations import TeamRole
 from server.runtime.settings import Settings
-from server.store.accounts.users import find_user
-from server.store.database import Database, DatabaseSession
-from server.store.teams import teams
-from server.store.teams.tables import TeamRow
-from server.store.teams.teams import COMMAND_LINE
-from server.store.teams.views import TeamView, views_of
+from server.storage.database import Database, DatabaseSession
+from server.teams.store import teams
+from server.teams.store.tables import TeamRow
+from server.teams.store.teams import COMMAND_LINE
+from server.teams.store.views import TeamView, views_of
 
 app = typer.Typer(no_args_is_help=True, help="Teams: people and drones that belong together.")
 

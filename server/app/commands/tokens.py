@@ -8,13 +8,13 @@ from typing import Annotated
 
 import typer
 
+from server.accounts.store import tokens
+from server.accounts.store.tables import ApiTokenRow, UserRow
+from server.accounts.store.users import find_user
 from server.app.commands.session import CommandError, action_now, as_table, keep_secret, with_database
-from server.domain.scopes import Scope
+from server.kernel.scopes import Scope
 from server.runtime.settings import Settings
-from server.store.accounts import tokens
-from server.store.accounts.tables import ApiTokenRow, UserRow
-from server.store.accounts.users import find_user
-from server.store.database import Database
+from server.storage.database import Database
 
 app = typer.Typer(no_args_is_help=True, help="API tokens: how programs sign in for a user.")
 

@@ -10,10 +10,10 @@ from typing import Annotated, Final
 import typer
 
 from server.app.commands.session import CommandError, action_now, as_table, with_database
-from server.domain.clock import utc_now
+from server.kernel.clock import utc_now
 from server.runtime.settings import Settings
-from server.store.database import Database
-from server.store.towers.draining import RunningTower, ask_to_drain, running_towers
+from server.storage.database import Database
+from server.towers.store.draining import RunningTower, ask_to_drain, running_towers
 
 LOOK_EVERY_S: Final = 0.3
 
@@ -78,7 +78,7 @@ def bus_certificate(
 
     Leaves one of the same names that is valid for another year.
     """
-    from server.runtime.bus_certificate import AUTHORITY, is_valid, write_certificate
+    from server.towers.io.bus_certificate import AUTHORITY, is_valid, write_certificate
 
     now = utc_now()
     if is_valid(folder, names, now):

@@ -8,15 +8,15 @@ from typing import Annotated, Any
 
 import typer
 
+from server.accounts.store import users
+from server.accounts.store.password_policy import check_password
+from server.accounts.store.passwords import generate_password
+from server.accounts.store.tables import UserRow
+from server.accounts.store.users import UserChange
 from server.app.commands.session import CommandError, action_now, as_table, passwords_of, with_database
-from server.domain.people import Role
+from server.kernel.people import Role
 from server.runtime.settings import Settings
-from server.store.accounts import users
-from server.store.accounts.password_policy import check_password
-from server.store.accounts.passwords import generate_password
-from server.store.accounts.tables import UserRow
-from server.store.accounts.users import UserChange
-from server.store.database import Database, DatabaseSession
+from server.storage.database import Database, DatabaseSession
 
 app = typer.Typer(no_args_is_help=True, help="Users: who may sign in.")
 

@@ -12,7 +12,7 @@ from hub_world import FakeAgent, FakeBrowser, HubWorld, record
 from worlds.held_copter import ARM, HeldCopter, mode_command, sticks, takeoff
 from worlds.simulated_copter import SimulatedCopter
 
-from server.live.relay import live_messages as live
+from server.live import live_messages as live
 from simulator.failure_modes import Failure, PlannedFailure
 from simulator.modes import Mode
 from wire.black_box import BLACK_BOX

@@ -3,12 +3,12 @@
 from collections.abc import Callable, Collection
 from datetime import UTC, datetime
 
-from server.domain.fleet import DroneRecord, FleetSnapshot, SignInRecord, UserRecord
-from server.domain.people import Principal, Role, SignInId, UserRef
+from server.kernel.fleet import DroneRecord, FleetSnapshot, SignInRecord, UserRecord
+from server.kernel.people import Principal, Role, SignInId, UserRef
+from server.link.core.agent_link import AgentLink
+from server.live.browser import Browser
 from server.live.hub import Hub
-from server.live.relay.agent_link import AgentLink
-from server.live.relay.browser import Browser
-from server.live.relay.live_messages import ToBrowser
+from server.live.live_messages import ToBrowser
 from wire.control_messages import ToAgent
 from wire.dialect import build, mavlink
 from wire.ids import DroneId, Epoch, LinkId, UserId

@@ -4,10 +4,10 @@ from typing import Any
 
 from hub_world import FakeAgent, HubWorld
 
-from server.domain.people import UserRef
-from server.live.operations.operation import Lane, Operation, Order, Step
-from server.live.relay import live_messages as live
-from server.live.relay.live_drone import LiveDrone
+from server.kernel.people import UserRef
+from server.live import live_messages as live
+from server.live.live_drone import LiveDrone
+from server.operations.core.operation import Lane, Operation, Order, Step
 from wire.ids import DroneId, UserId
 from wire.plans import PlanItem, PlanKind
 from wire.transactions import (

@@ -8,12 +8,10 @@ from hub_world import (
     sticks,
 )
 
-from server.domain.people import UserRef
-from server.live.hub_events import (
-    HubEvent,
-)
-from server.live.relay import live_messages as live
-from server.live.relay.live_drone import LeaseView
+from server.kernel.people import UserRef
+from server.live import live_messages as live
+from server.live.hub_events import HubEvent
+from server.live.live_drone import LeaseView
 from wire.ids import DroneId, Epoch, UserId
 from wire.tagged import tag
 

@@ -11,10 +11,10 @@ from typing import Final
 import pytest
 import uvloop
 
-from server.api.anonymous.acceptor import Acceptor
-from server.live.anonymous.budget import AnonymousBudget
-from server.live.anonymous.connections import AnonymousConnection
-from server.live.anonymous.limits import LIMITS
+from server.anonymous.api.acceptor import Acceptor
+from server.anonymous.core.budget import AnonymousBudget
+from server.anonymous.core.connections import AnonymousConnection
+from server.anonymous.core.limits import LIMITS
 
 ANONYMOUS_BYTES: Final = 8 * 1024
 ADMITTED_BYTES: Final = 128 * 1024

@@ -5,7 +5,7 @@ from typing import Any, cast
 
 import pytest
 
-from server.api.relay.agent_sign_in import is_agent
+from server.link.api.agent_sign_in import is_agent
 from server.live.hub import Hub
 from wire.drone_key import CALLER_HEADER, DroneKey, key_text
 from wire.ids import DroneId

@@ -8,11 +8,11 @@ from hub_world import record
 from test_zones_geometry import M
 from test_zones_of_drones import Scene, position
 
-from server.live.aircraft.decode import Identity, Kind, Report, Threat, read
-from server.live.aircraft.feed import reports_in
-from server.live.aircraft.messages import AircraftHeard
-from server.live.aircraft.table import AircraftTable
-from server.live.relay.live_messages import AlertChanged
+from server.airspace.core.aircraft.decode import Identity, Kind, Report, Threat, read
+from server.airspace.core.aircraft.feed import reports_in
+from server.airspace.core.aircraft.messages import AircraftHeard
+from server.airspace.core.aircraft.table import AircraftTable
+from server.live.live_messages import AlertChanged
 from wire.control_messages import AutopilotState
 from wire.dialect import build, mavlink
 from wire.ids import DroneId

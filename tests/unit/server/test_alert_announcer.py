@@ -6,12 +6,12 @@ from datetime import UTC, datetime, timedelta
 import pytest
 from hub_world import HubWorld, record
 
-from server.live.alerts.alert import Alert
-from server.live.alerts.announcer import RECENT, Announcer, Happening
-from server.live.alerts.rules import BY_NAME
-from server.live.alerts.severity import Severity
-from server.store.alert_channels.deliverer import message_of
-from server.store.alert_channels.outbox import is_wanted
+from server.alerts.core.alert import Alert
+from server.alerts.core.announcer import RECENT, Announcer, Happening
+from server.alerts.core.rules import BY_NAME
+from server.alerts.core.severity import Severity
+from server.alerts.store.channels.deliverer import message_of
+from server.alerts.store.channels.outbox import is_wanted
 from wire.ids import DroneId
 
 BEGAN = datetime(2026, 5, 1, 12, tzinfo=UTC)

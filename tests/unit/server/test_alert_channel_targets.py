@@ -2,13 +2,13 @@
 
 import pytest
 
-from server.live.alerts.severity import Severity
-from server.runtime.mail_source import read_mail_address, read_mail_server
-from server.runtime.notify.mail import MailServer
-from server.runtime.notify.webhook import signature
+from server.alerts.core.severity import Severity
+from server.alerts.io.mail import MailServer
+from server.alerts.io.mail_source import read_mail_address, read_mail_server
+from server.alerts.io.webhook import signature
+from server.alerts.store.channels.channels import ChannelWish, Kind, check_target
+from server.alerts.store.channels.refusals import BadAlertChannel
 from server.runtime.settings import SettingsError, read_settings
-from server.store.alert_channels.channels import ChannelWish, Kind, check_target
-from server.store.alert_channels.refusals import BadAlertChannel
 
 
 def check(kind: Kind, target: str, *, may_be_private: bool = False) -> None:

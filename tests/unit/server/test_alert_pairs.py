@@ -4,12 +4,12 @@ import pytest
 from hub_world import FakeBrowser, record
 from test_separation_notifier import KNOWN_S, NearWorld
 
-from server.live.alerts.pair_alerts import stranger_words
-from server.live.alerts.refusals import UnknownAlert
-from server.live.alerts.views import AlertView
-from server.live.relay import live_messages as live
-from server.live.separation.bounds import Level
-from server.live.separation.strangers import Rounded
+from server.airspace.core.separation.bounds import Level
+from server.airspace.core.separation.strangers import Rounded
+from server.alerts.core.pair_alerts import stranger_words
+from server.alerts.core.refusals import UnknownAlert
+from server.alerts.core.views import AlertView
+from server.live import live_messages as live
 
 
 def told(browser: FakeBrowser) -> list[AlertView]:

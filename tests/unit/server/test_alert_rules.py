@@ -5,12 +5,12 @@ from datetime import UTC, datetime
 
 import pytest
 
-from server.live.alerts.facts import Facts
-from server.live.alerts.finding import Not
-from server.live.alerts.lasting import Change, Lasting
-from server.live.alerts.rules import BY_NAME, EVALUATED, RULES, Rule
-from server.live.alerts.severity import Severity
-from server.live.fleet.views import HoldView
+from server.alerts.core.facts import Facts
+from server.alerts.core.finding import Not
+from server.alerts.core.lasting import Change, Lasting
+from server.alerts.core.rules import BY_NAME, EVALUATED, RULES, Rule
+from server.alerts.core.severity import Severity
+from server.fleet.core.views import HoldView
 from wire.autopilots.profile import FlightTask
 from wire.open_holds import AfterSticks, HoldStage, Lost, LostAction, LostPhase
 from wire.signing_key import Signing

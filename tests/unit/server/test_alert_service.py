@@ -5,17 +5,17 @@ from datetime import UTC, datetime
 import pytest
 from hub_world import NAMES, NOW, OLGA, FakeAgent, FakeBrowser, HubWorld, command_long, heartbeat, record
 
-from server.domain.fleet import TeamRecord
-from server.domain.people import Principal, UserRef
-from server.domain.relations import TeamRole
-from server.live.alerts.alert import Alert
-from server.live.alerts.refusals import MayNotAcknowledge, UnknownAlert
-from server.live.alerts.rules import BY_NAME
-from server.live.alerts.service import LOOK_S, PARTS
-from server.live.alerts.views import AlertView
-from server.live.relay import live_messages as live
-from server.live.relay.live_drone import LeaseView
-from server.live.towers.place import Place
+from server.alerts.core.alert import Alert
+from server.alerts.core.refusals import MayNotAcknowledge, UnknownAlert
+from server.alerts.core.rules import BY_NAME
+from server.alerts.core.service import LOOK_S, PARTS
+from server.alerts.core.views import AlertView
+from server.kernel.fleet import TeamRecord
+from server.kernel.people import Principal, UserRef
+from server.kernel.relations import TeamRole
+from server.live import live_messages as live
+from server.live.live_drone import LeaseView
+from server.towers.core.place import Place
 from wire.control_messages import AutopilotState, HoldProgress, HoldStep
 from wire.dialect import build, mavlink
 from wire.ids import DroneId, Epoch, UserId

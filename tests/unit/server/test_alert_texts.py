@@ -2,8 +2,8 @@
 
 import pytest
 
-from server.live.alerts.status_texts import CHUNK_WAIT_S, StatusText, StatusTexts
-from server.live.alerts.text_alerts import (
+from server.alerts.core.status_texts import CHUNK_WAIT_S, StatusText, StatusTexts
+from server.alerts.core.text_alerts import (
     BURST,
     ERROR_LASTS_S,
     EVERY_S,

@@ -9,16 +9,16 @@ from typing import Any, Final, get_args
 import pytest
 from hub_world import NOW
 
-from server.live.alerts import text_alerts
-from server.live.alerts.alert import Alert
-from server.live.alerts.facts import Facts, Silence
-from server.live.alerts.lasting import Change, Changed, Lasting
-from server.live.alerts.rules import BY_NAME, EVALUATED
-from server.live.alerts.service import LOOK_S
-from server.live.alerts.status_texts import StatusText
-from server.live.alerts.text_alerts import TextAlerts
-from server.live.alerts.watched_drone import WatchedDrone
-from server.live.fleet.views import HoldView
+from server.alerts.core import text_alerts
+from server.alerts.core.alert import Alert
+from server.alerts.core.facts import Facts, Silence
+from server.alerts.core.lasting import Change, Changed, Lasting
+from server.alerts.core.rules import BY_NAME, EVALUATED
+from server.alerts.core.service import LOOK_S
+from server.alerts.core.status_texts import StatusText
+from server.alerts.core.text_alerts import TextAlerts
+from server.alerts.core.watched_drone import WatchedDrone
+from server.fleet.core.views import HoldView
 from wire.autopilots.profile import FlightTask
 from wire.ids import DroneId
 from wire.open_holds import AfterSticks, HoldStage, Lost, LostAction, LostPhase
@@ -219,7 +219,7 @@ def test_rules_do_not_run_while_nothing_changes(monkeypatch: pytest.MonkeyPatch)
         return run_it
 
     rules = tuple((rule, counted(rule, condition), key) for rule, condition, key in EVALUATED)
-    monkeypatch.setattr("server.live.alerts.watched_drone.EVALUATED", rules)
+    monkeypatch.setattr("server.alerts.core.watched_drone.EVALUATED", rules)
     watched = WatchedDrone()
     facts = Facts(name="Merlin", armed=True, airborne=True, battery_percent=80)
     opened = [one.key[0] for look in range(40) for one in watched.conditions_found(replace(facts), look * LOOK_S)]

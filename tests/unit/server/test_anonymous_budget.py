@@ -6,15 +6,15 @@ from pathlib import Path
 
 import pytest
 
-from server.live.anonymous.budget import AnonymousBudget, Over, origin_of_anonymous
-from server.live.anonymous.connections import AnonymousConnection, ConnectionBudget
-from server.live.anonymous.fair_queue import Bounds, FairQueue, Priority, Ticket
-from server.live.anonymous.hashing import Caller, HashingSlots
-from server.live.anonymous.known_addresses import KnownAddresses
-from server.live.anonymous.limits import LIMITS
-from server.live.anonymous.log_lines import LogBudget
-from server.live.anonymous.networks import origin_of
-from server.live.anonymous.slices import Slices
+from server.anonymous.core.budget import AnonymousBudget, Over, origin_of_anonymous
+from server.anonymous.core.connections import AnonymousConnection, ConnectionBudget
+from server.anonymous.core.fair_queue import Bounds, FairQueue, Priority, Ticket
+from server.anonymous.core.hashing import Caller, HashingSlots
+from server.anonymous.core.known_addresses import KnownAddresses
+from server.anonymous.core.limits import LIMITS
+from server.anonymous.core.log_lines import LogBudget
+from server.anonymous.core.networks import origin_of
+from server.anonymous.core.slices import Slices
 
 DOCS = Path(__file__).resolve().parents[3] / "docs"
 KEY = b"k" * 32

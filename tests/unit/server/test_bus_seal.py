@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from server.runtime.bus_seal import OVERHEAD_BYTES, BusSeal, NotOfATower
+from server.towers.io.bus_seal import OVERHEAD_BYTES, BusSeal, NotOfATower
 
 A, B, C = ("0a" * 16, "0b" * 16, "0c" * 16)
 OLD, NEW = b"o" * 32, b"n" * 32

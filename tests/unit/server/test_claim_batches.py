@@ -6,7 +6,7 @@ import asyncio
 
 import pytest
 
-from server.store.towers.claim_batches import MAX_DRONES, MAX_TRANSACTIONS, ClaimBatches
+from server.towers.store.claim_batches import MAX_DRONES, MAX_TRANSACTIONS, ClaimBatches
 from wire.ids import DroneId
 
 

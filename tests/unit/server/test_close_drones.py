@@ -3,11 +3,11 @@
 import pytest
 from hub_world import FakeAgent, HubWorld, heartbeat
 
-from server.domain.people import UserRef
-from server.live.relay import close_drones
-from server.live.relay.agent_routes import OVER_CHANNEL
-from server.live.relay.close_drones import close_addresses
-from server.live.relay.live_drone import LeaseView
+from server.kernel.people import UserRef
+from server.link.core import close_drones
+from server.link.core.agent_routes import OVER_CHANNEL
+from server.link.core.close_drones import close_addresses
+from server.live.live_drone import LeaseView
 from wire.ids import DroneId, Epoch, UserId
 
 ONE = DroneId(1)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from server.api.http.content_coding import accepted_codings
+from server.http.content_coding import accepted_codings
 
 
 @pytest.mark.parametrize(

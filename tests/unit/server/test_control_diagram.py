@@ -3,16 +3,16 @@
 from pathlib import Path
 from typing import Final
 
-from server.domain.drone_settings import DEFAULTS
-from server.domain.lease import Event, Phase
-from server.live.control.diagram import draw, transitions
-from server.store.control.rehearsal import LASTS_S
+from server.control.core.diagram import draw, transitions
+from server.control.core.lease import Event, Phase
+from server.control.store.rehearsal import LASTS_S
+from server.kernel.drone_settings import DEFAULTS
 
 PAGE: Final = (Path(__file__).resolve().parents[3] / "docs" / "control.md").read_text()
 
 
 def test_the_diagram_in_the_document_is_drawn_from_the_table() -> None:
-    assert f"```mermaid\n{draw()}```\n" in PAGE, "run: python -m server.live.control.diagram"
+    assert f"```mermaid\n{draw()}```\n" in PAGE, "run: python -m server.control.core.diagram"
 
 
 def test_the_diagram_leaves_nothing_out() -> None:

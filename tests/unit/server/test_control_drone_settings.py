@@ -2,7 +2,7 @@
 
 import pytest
 
-from server.domain.drone_settings import BOUNDS, DEFAULTS, BadDroneSettings, check_ladder, settings_from
+from server.kernel.drone_settings import BOUNDS, DEFAULTS, BadDroneSettings, check_ladder, settings_from
 from wire.control_messages import SafetySettings, StreamSettings
 from wire.open_holds import LostAction
 from wire.stream_profiles import StreamChoice

@@ -6,7 +6,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from server.domain.lease import TABLE, TOWER, Actor, Changed, Event, Lease, Order, Phase, Refused, decide
+from server.control.core.lease import (
+    TABLE,
+    TOWER,
+    Actor,
+    Changed,
+    Event,
+    Lease,
+    Order,
+    Phase,
+    Refused,
+    decide,
+)
 from wire.ids import Epoch, UserId
 
 OPERATOR, OTHER, ADMIN, SECOND_ADMIN = UserId(1), UserId(2), UserId(8), UserId(9)

@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from server.domain.drone_settings import DroneSettings
-from server.live.control.loss_words import findings_hash, is_dangerous, loss_sentences
+from server.control.core.loss_words import findings_hash, is_dangerous, loss_sentences
+from server.kernel.drone_settings import DroneSettings
 from wire.control_messages import LossParameters, SafetySettings
 from wire.open_holds import LostAction
 

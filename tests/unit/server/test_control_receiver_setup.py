@@ -2,7 +2,7 @@
 
 import pytest
 
-from server.live.control.receiver_setup import ReceiverSetup, receiver_setup
+from server.control.core.receiver_setup import ReceiverSetup, receiver_setup
 from wire.control_messages import LossParameters
 
 COPTER = {"FS_THR_ENABLE": 1.0, "FS_OPTIONS": 16.0, "RC_OVERRIDE_TIME": 3.0}

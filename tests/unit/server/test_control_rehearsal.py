@@ -3,9 +3,9 @@
 import pytest
 from hub_world import LATER, HubWorld
 
-from server.domain.people import Principal, Role
-from server.live.control.simulated import is_simulator
-from server.store.control.rehearsal import NOT_ARMED, needs_no_hold, refusal_of
+from server.control.core.simulated import is_simulator
+from server.control.store.rehearsal import NOT_ARMED, needs_no_hold, refusal_of
+from server.kernel.people import Principal, Role
 from wire.control_messages import AutopilotState, LossParameters
 from wire.ids import DroneId, UserId
 

@@ -5,8 +5,8 @@ from typing import Any
 
 import pytest
 
-from server.api.http.cookie_prefix import CookiePrefix
-from server.api.http.over_tls import OverTls
+from server.http.cookie_prefix import CookiePrefix
+from server.http.over_tls import OverTls
 
 
 def ask(cookies: bytes, sets: list[bytes], *, scheme: str = "https", kind: str = "http") -> tuple[bytes, list[bytes]]:

@@ -15,7 +15,7 @@ import server
 from server.app.routers import ROUTERS
 
 ROOT = Path(server.__file__).parent
-THE_ONE = ROOT / "api" / "dependencies.py"
+THE_ONE = ROOT / "http" / "dependencies.py"
 ROUTES = [route for router in ROUTERS for route in router.routes if isinstance(route, APIRoute | APIWebSocketRoute)]
 
 

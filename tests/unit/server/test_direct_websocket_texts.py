@@ -16,7 +16,7 @@ from websockets.frames import Frame, Opcode
 from websockets.uri import parse_uri
 from worlds.tiers import examples
 
-from server.api.websocket.direct_websocket import EXTENSION, DirectWebSocket
+from server.link.api.websocket.direct_websocket import EXTENSION, DirectWebSocket
 
 Sent = list[tuple[str, bytes]]
 

@@ -20,14 +20,20 @@ from hub_world import LATER
 from PIL import Image, ImageDraw
 from worlds import clock_film, flight_files
 
-from server.domain.people import Principal, Role
-from server.live.flight_videos.display_values import STALE_SLOW_US, STALE_US, DisplayTimeline, DisplayValues, in_order
-from server.live.flight_videos.refusals import FlightVideoNotMade, FlightVideosBusy
-from server.live.flights.index import entry_of
-from server.live.flights.tlog import read_entries
-from server.store.flight_videos import service
-from server.store.flight_videos.drawing import Display, Field, Picture, fields, plain
-from server.store.flight_videos.service import FlightVideos, Sources
+from server.flights.core.index import entry_of
+from server.flights.core.tlog import read_entries
+from server.flights.core.videos.display_values import (
+    STALE_SLOW_US,
+    STALE_US,
+    DisplayTimeline,
+    DisplayValues,
+    in_order,
+)
+from server.flights.core.videos.refusals import FlightVideoNotMade, FlightVideosBusy
+from server.flights.store.videos import service
+from server.flights.store.videos.drawing import Display, Field, Picture, fields, plain
+from server.flights.store.videos.service import FlightVideos, Sources
+from server.kernel.people import Principal, Role
 from wire.ids import UserId
 
 ARMED: Final = datetime(2026, 5, 1, 12, tzinfo=UTC)
@@ -170,7 +176,7 @@ def test_the_horizon_tilts_against_the_roll_and_sinks_as_the_nose_rises() -> Non
 def made(sources: Sources, target: Path, max_bytes: int = 10_000_000) -> tuple[int, str]:
     """The program itself, with its limits. Returns its exit code and its last line."""
     paths = (sources.recording, sources.telemetry, sources.index, sources.began_us, target, max_bytes)
-    program = (sys.executable, "-m", "server.store.flight_videos.make_display_video", *map(str, paths))
+    program = (sys.executable, "-m", "server.flights.store.videos.make_display_video", *map(str, paths))
     with subprocess.Popen(program, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         lines = process.stdout.read().splitlines()

@@ -1,6 +1,6 @@
 """The order in which a tower that ends its work sends its drones elsewhere."""
 
-from server.live.towers.drain import ASK_AGAIN_AFTER_S, MAX_ASKED, Drain, Linked, Step
+from server.towers.core.drain import ASK_AGAIN_AFTER_S, MAX_ASKED, Drain, Linked, Step
 from wire.ids import LinkId
 
 

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from worlds.geotiff_files import Geotiff, projected
 
-from server.runtime.elevation import conversion, tiff_file
-from server.runtime.elevation.conversion import Converted, convert
-from server.runtime.elevation.projections import Geographic, Projection, Utm, WebMercator
-from server.runtime.elevation.refusals import BadElevationFile
-from server.runtime.map_files import MapFolder
-from server.runtime.maps.terrain import Terrain
+from server.maps.io.elevation import conversion, tiff_file
+from server.maps.io.elevation.conversion import Converted, convert
+from server.maps.io.elevation.projections import Geographic, Projection, Utm, WebMercator
+from server.maps.io.elevation.refusals import BadElevationFile
+from server.maps.io.map_files import MapFolder
+from server.maps.io.terrain import Terrain
 
 STEP_M = 1 / 256
 """Of the encoding."""
@@ -186,8 +186,8 @@ def test_the_file_says_what_it_is(tmp_path: Path) -> None:
 
 
 def test_many_tiles_have_leaf_directories(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("server.runtime.elevation.pmtiles_writer.DATA_AT", 200)
-    monkeypatch.setattr("server.runtime.elevation.pmtiles_writer.LEAF_ENTRIES", 4)
+    monkeypatch.setattr("server.maps.io.elevation.pmtiles_writer.DATA_AT", 200)
+    monkeypatch.setattr("server.maps.io.elevation.pmtiles_writer.LEAF_ENTRIES", 4)
     found = made(tmp_path, Geotiff(slope(150, 200), step_x=PX * 2, step_y=PX * 2))
     assert found.tiles > 12
     assert heights(tmp_path, [(47.0 - 41 * PX, 8.0 + 51 * PX)]) == pytest.approx([20 * 2 + 25 * 3 - 50], abs=STEP_M)

@@ -14,7 +14,7 @@ from alert_flight import FlownHub, M
 from hub_world import FakeAgent
 from worlds.held_copter import mode_command
 
-from server.live.alerts.rules import RULES
+from server.alerts.core.rules import RULES
 from simulator.airframe_model import AirframeModel
 from simulator.failure_modes import Failure
 from simulator.modes import Mode

@@ -9,7 +9,7 @@ from test_zones_on_board import square
 from worlds.extreme_frames import extreme_frames, frame_of
 from worlds.tiers import examples
 
-from server.live.relay.live_messages import encode_event
+from server.live.live_messages import encode_event
 from wire.control_messages import decode_to_agent, encode_message
 from wire.dialect import mavlink
 from wire.ids import DroneId

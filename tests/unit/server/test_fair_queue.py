@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from server.domain.fair_queue import FairQueue
+from server.kernel.fair_queue import FairQueue
 
 
 def test_each_has_a_turn_and_the_oldest_of_ones_own_goes_first() -> None:

@@ -5,7 +5,7 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 
-from server.live.alerts.fall_watch import TIPPED_FOR_S, FallWatch
+from server.alerts.core.fall_watch import TIPPED_FOR_S, FallWatch
 from wire.dialect import build, mavlink
 
 LOOK_S = 0.5

@@ -10,10 +10,10 @@ from fastapi.dependencies.models import Dependant
 from fastapi.routing import APIRoute
 from pydantic import BaseModel, ValidationError
 
-from server.api.control.settings_routes import DroneSettingsPatch
-from server.api.http.field_errors import FIELD_ERRORS, OTHER, field_error
 from server.app.routers import ROUTERS
-from server.domain.bad_field import BadField
+from server.control.api.settings_routes import DroneSettingsPatch
+from server.http.field_errors import FIELD_ERRORS, OTHER, field_error
+from server.kernel.bad_field import BadField
 
 LONG: Final = "x" * 20_000
 BAD_VALUES: Final[tuple[Any, ...]] = (

@@ -4,7 +4,7 @@ from datetime import UTC, datetime
 
 from msgspec.structs import replace
 
-from server.live.operations.findings import MAX_FINDINGS, MIN_APART_S, MIN_SIGHTINGS_APART_S, Findings
+from server.operations.core.findings import MAX_FINDINGS, MIN_APART_S, MIN_SIGHTINGS_APART_S, Findings
 from wire.findings import InVideo, TargetFound
 
 AT = datetime(2026, 1, 1, tzinfo=UTC)

@@ -4,8 +4,17 @@ from itertools import product
 
 import pytest
 
-from server.domain.people import Role
-from server.domain.relations import RIGHTS, Relation, Right, TeamRole, Ties, may, relation_by_ties, relation_of
+from server.kernel.people import Role
+from server.kernel.relations import (
+    RIGHTS,
+    Relation,
+    Right,
+    TeamRole,
+    Ties,
+    may,
+    relation_by_ties,
+    relation_of,
+)
 from wire.ids import UserId
 
 # For each relation in turn, from the tower's admin to the stranger.

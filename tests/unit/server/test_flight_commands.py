@@ -8,9 +8,9 @@ import pytest
 from hub_world import HubWorld
 from pydantic import TypeAdapter, ValidationError
 
-from server.live.flight_commands.bodies import FlightCommand
-from server.live.flight_commands.steps import order_of
-from server.live.flight_commands.vehicle import (
+from server.operations.core.flying.bodies import FlightCommand
+from server.operations.core.flying.steps import order_of
+from server.operations.core.flying.vehicle import (
     UNKNOWN_PLAN,
     NoSuchItem,
     NoSuchMode,
@@ -19,8 +19,8 @@ from server.live.flight_commands.vehicle import (
     StateNotRestored,
     Vehicle,
 )
-from server.live.operations.onboard_state import KnownPlan
-from server.live.operations.permissions import message_of
+from server.operations.core.onboard_state import KnownPlan
+from server.operations.core.permissions import message_of
 from wire.autopilots import arducopter, arduplane, px4_multicopter
 from wire.autopilots.commands import VehicleState
 from wire.dialect import build, mavlink

@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 from worlds.flight_files import EVENTS_S, SPEED_M_S, write_flight
 
-from server.live.flights.figures import FiguresReader, FlightFigures
-from server.live.flights.tlog import Entry
-from server.store.flights.files import FlightFiles
+from server.flights.core.figures import FiguresReader, FlightFigures
+from server.flights.core.tlog import Entry
+from server.flights.store.files import FlightFiles
 from wire.dialect import build, mavlink
 
 BEGAN = datetime(2026, 5, 1, 12, tzinfo=UTC)

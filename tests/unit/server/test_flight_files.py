@@ -12,13 +12,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from server.domain.people import UserRef
-from server.live.flights import exports
-from server.live.flights.index import NoIndex, Pilot, head_line, read_index, whole_lines
-from server.live.flights.recorder import FlightHead
-from server.live.flights.tlog import STAMP, read_entries
-from server.live.flights.track import MAX_TRACK_POINTS, FlightSummary, fixes_in
-from server.store.flights.files import INDEX, MAX_TORN_BYTES, TLOG, FlightFiles
+from server.flights.core import exports
+from server.flights.core.index import NoIndex, Pilot, head_line, read_index, whole_lines
+from server.flights.core.recorder import FlightHead
+from server.flights.core.tlog import STAMP, read_entries
+from server.flights.core.track import MAX_TRACK_POINTS, FlightSummary, fixes_in
+from server.flights.store.files import INDEX, MAX_TORN_BYTES, TLOG, FlightFiles
+from server.kernel.people import UserRef
 from wire.dialect import build, mavlink
 from wire.ids import DroneId, UserId
 

@@ -8,7 +8,7 @@ from typing import Any, cast
 
 import pytest
 
-from server.live.flights.black_box import (
+from server.flights.core.black_box import (
     MAX_TRIES,
     NO_PIECE,
     NOT_THERE,
@@ -16,10 +16,10 @@ from server.live.flights.black_box import (
     BlackBoxFetcher,
     Gap,
 )
-from server.live.flights.gap_watch import MARGIN_US, GapFound, GapWatch
-from server.live.flights.tlog import STAMP, read_entries
-from server.live.relay.agent_routes import OVER_CHANNEL
-from server.store.flights.merging import merge, resume_point
+from server.flights.core.gap_watch import MARGIN_US, GapFound, GapWatch
+from server.flights.core.tlog import STAMP, read_entries
+from server.flights.store.merging import merge, resume_point
+from server.link.core.agent_routes import OVER_CHANNEL
 from wire.black_box import (
     BLACK_BOX,
     MAX_PIECE_BYTES,

@@ -22,10 +22,10 @@ from worlds.log_versions import (
     dataflash,
 )
 
-from server.live.flight_imports.conversion import convert
-from server.live.flight_imports.converted import Converted
-from server.live.flight_imports.dataflash_beginning import LEAP_SECONDS
-from server.live.flights.tlog import read_entries
+from server.flights.core.imports.conversion import convert
+from server.flights.core.imports.converted import Converted
+from server.flights.core.imports.dataflash_beginning import LEAP_SECONDS
+from server.flights.core.tlog import read_entries
 from wire.dialect import decode, mavlink
 
 UPLOADED_US = 1_790_000_000_000_000

@@ -26,12 +26,12 @@ from worlds.foreign_logs import (
 )
 from worlds.tiers import examples
 
-from server.live.flight_imports.conversion import convert
-from server.live.flight_imports.converted import Converted
-from server.live.flight_imports.refusals import BadFlightFile
-from server.live.flight_imports.ulog import UlogReader
-from server.live.flight_imports.ulog_flight import MODES
-from server.live.flights.tlog import STAMP, read_entries
+from server.flights.core.imports.conversion import convert
+from server.flights.core.imports.converted import Converted
+from server.flights.core.imports.refusals import BadFlightFile
+from server.flights.core.imports.ulog import UlogReader
+from server.flights.core.imports.ulog_flight import MODES
+from server.flights.core.tlog import STAMP, read_entries
 from wire.dialect import build, decode, mavlink
 
 UPLOADED_US = 1_790_000_000_000_000

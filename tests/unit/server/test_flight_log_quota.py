@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from server.store import file_budget
-from server.store.file_budget import StorageFull
-from server.store.flight_logs.quota import FlightLogQuota
+from server.logs.store.quota import FlightLogQuota
+from server.storage import file_budget
+from server.storage.file_budget import StorageFull
 from wire.ids import DroneId
 
 HAWK, CROW = DroneId(3), DroneId(4)

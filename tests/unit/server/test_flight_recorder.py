@@ -9,9 +9,7 @@ import msgspec
 import pytest
 from hub_world import NOW, HubWorld, command_long, heartbeat, record, sticks
 
-from server.domain.fleet import TeamRecord
-from server.domain.people import UserRef
-from server.live.flights.recorder import (
+from server.flights.core.recorder import (
     AFTER_S,
     DRONE_GONE,
     LINK_LOST,
@@ -22,8 +20,10 @@ from server.live.flights.recorder import (
     TEAM_CHANGED,
     FlightHead,
 )
-from server.live.flights.tape import IDLE_CHUNK_S
-from server.live.flights.tlog import Entry, read_entries
+from server.flights.core.tape import IDLE_CHUNK_S
+from server.flights.core.tlog import Entry, read_entries
+from server.kernel.fleet import TeamRecord
+from server.kernel.people import UserRef
 from server.live.hub_events import SeparationLost
 from wire.control_messages import AutopilotState, HoldProgress, HoldStep
 from wire.dialect import build, mavlink

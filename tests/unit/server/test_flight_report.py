@@ -5,8 +5,8 @@ from datetime import UTC, datetime, timedelta
 from html.parser import HTMLParser
 from typing import Any
 
-from server.live.flights.report import report
-from server.live.flights.views import FlightVideoView, FlightView, PilotView
+from server.flights.core.report import report
+from server.flights.core.views import FlightVideoView, FlightView, PilotView
 
 BEGAN = datetime(2026, 3, 4, 5, 6, 7, tzinfo=UTC)
 ALICE = {"id": 1, "name": "alice"}

@@ -6,9 +6,9 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
-from server.live.flights.figures import FlightFigures, PilotShare
-from server.live.flights.statistics import KeptFlight, log_book, statistics
-from server.live.flights.statistics_csv import drones_csv, flights_csv, log_book_csv, pilots_csv
+from server.flights.core.figures import FlightFigures, PilotShare
+from server.flights.core.statistics import KeptFlight, log_book, statistics
+from server.flights.core.statistics_csv import drones_csv, flights_csv, log_book_csv, pilots_csv
 
 NAMES = {7: "kestrel", 8: "=cmd()"}
 EPOCH = datetime(1970, 1, 1, tzinfo=UTC)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from server.store.flights.writer import FULL, TOO_LARGE, FlightFile, FlightWriter
+from server.flights.store.writer import FULL, TOO_LARGE, FlightFile, FlightWriter
 
 NOW = datetime(2026, 1, 1, tzinfo=UTC)
 DEADLINE_S = 30.0

@@ -8,13 +8,13 @@ import pytest
 from hub_world import LATER, NAMES, FakeAgent, record
 from operation_scene import Scene
 
-from server.domain.fleet import LoanRecord
-from server.domain.people import Principal, Role, UserRef
-from server.live.flight_commands.bodies import Follow
-from server.live.flight_commands.following import CannotFollow, NoSuchLeader, follow_order
-from server.live.operations.operation import Operation, State
-from server.live.operations.refusals import AgentTooOld, DroneBusy, LoanForbids
-from server.live.relay.loan_limits import Home
+from server.control.core.loan_limits import Home
+from server.kernel.fleet import LoanRecord
+from server.kernel.people import Principal, Role, UserRef
+from server.operations.core.flying.bodies import Follow
+from server.operations.core.flying.following import CannotFollow, NoSuchLeader, follow_order
+from server.operations.core.operation import Operation, State
+from server.operations.core.refusals import AgentTooOld, DroneBusy, LoanForbids
 from wire.control_messages import AutopilotState, decode_to_agent
 from wire.dialect import build, mavlink
 from wire.following import FOLLOW, FollowWork, LeaderPosition

@@ -6,14 +6,14 @@ import pytest
 from hub_world import NAMES
 from test_follow_feed import FollowScene, lend, principal
 
-from server.domain.people import UserRef
-from server.live.flight_commands.bodies import FollowMe
-from server.live.flight_commands.follow_me import follow_me_order
-from server.live.flight_commands.following import CannotFollow
-from server.live.operations.operation import Operation, State
-from server.live.operations.refusals import AgentTooOld, DroneBusy, LoanForbids
-from server.live.relay.live_messages import PersonFix
-from server.live.separation.motion import METRES_PER_DEGREE
+from server.airspace.core.separation.motion import METRES_PER_DEGREE
+from server.kernel.people import UserRef
+from server.live.live_messages import PersonFix
+from server.operations.core.flying.bodies import FollowMe
+from server.operations.core.flying.follow_me import follow_me_order
+from server.operations.core.flying.following import CannotFollow
+from server.operations.core.operation import Operation, State
+from server.operations.core.refusals import AgentTooOld, DroneBusy, LoanForbids
 from wire.dialect import build, mavlink
 from wire.following import FOLLOW, FOLLOW_PERSON, PERSON_PATIENCE_S, FollowWork
 from wire.ids import DroneId, UserId

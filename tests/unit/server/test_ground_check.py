@@ -5,7 +5,14 @@ from math import exp
 
 import pytest
 
-from server.live.missions.ground_check import Heights, IntoTheGround, Lowest, Origin, lowest_leg, refuse_into_the_ground
+from server.plans.core.ground_check import (
+    Heights,
+    IntoTheGround,
+    Lowest,
+    Origin,
+    lowest_leg,
+    refuse_into_the_ground,
+)
 from wire.plans import PlanItem
 
 HOME = Origin(47.4, 8.5, 412.0)  # its receiver is wrong by 12 m

@@ -4,13 +4,13 @@ from collections.abc import Callable
 
 import pytest
 
-from server.api.anonymous import read_turns
-from server.api.anonymous.read_turns import ReadTurns
-from server.api.websocket.handshake_reader import HandshakeReader
-from server.live.anonymous.budget import AnonymousBudget, Over
-from server.live.anonymous.connections import AnonymousConnection
-from server.live.anonymous.limits import LIMITS, AnonymousLimits
-from server.live.anonymous.networks import origin_of
+from server.anonymous.api import read_turns
+from server.anonymous.api.read_turns import ReadTurns
+from server.anonymous.core.budget import AnonymousBudget, Over
+from server.anonymous.core.connections import AnonymousConnection
+from server.anonymous.core.limits import LIMITS, AnonymousLimits
+from server.anonymous.core.networks import origin_of
+from server.link.api.websocket.handshake_reader import HandshakeReader
 
 NO_RESTS = AnonymousLimits(read_slice_s=1_000.0)
 ONE_TURN_AT_A_TIME = AnonymousLimits(read_slice_s=1e-9, read_rest_s=1_000.0)

@@ -12,9 +12,9 @@ from typer.testing import CliRunner
 
 from onboard_agent.black_box.csv_rows import HEADER, CsvRows, clock_offset_us
 from server.app.cli import app
-from server.live.flights.tlog import STAMP, Entry, read_entries
-from server.live.identification.axes import NoColumns, identify, table_of_csv, table_of_tlog
-from server.live.identification.first_order import Samples, fit, manoeuvres_in
+from server.flights.core.tlog import STAMP, Entry, read_entries
+from server.identification.core.axes import NoColumns, identify, table_of_csv, table_of_tlog
+from server.identification.core.first_order import Samples, fit, manoeuvres_in
 from wire.dialect import build, mavlink
 
 FINE = 50

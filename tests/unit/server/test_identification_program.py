@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from test_identification import SYSTEMS, check, doublets, flown, frames
 
-from server.live.flights.refusals import NotIdentified
-from server.live.flights.tlog import STAMP
-from server.live.identification.first_order import fit, manoeuvres_in
-from server.live.identification.traces import MAX_POINTS, MAX_TRACES, traces
-from server.store import bounded_program
-from server.store.bounded_program import TooMuchSaid, run_program
-from server.store.identification.running import run_identification
+from server.flights.core.refusals import NotIdentified
+from server.flights.core.tlog import STAMP
+from server.identification.core.first_order import fit, manoeuvres_in
+from server.identification.core.traces import MAX_POINTS, MAX_TRACES, traces
+from server.identification.store.running import run_identification
+from server.storage import bounded_program
+from server.storage.bounded_program import TooMuchSaid, run_program
 
 
 def test_the_model_goes_along_what_the_drone_did() -> None:

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from server.live.alerts.kept_telemetry import GONE_S, KEPT, KeptTelemetry
+from server.alerts.core.kept_telemetry import GONE_S, KEPT, KeptTelemetry
 from wire.dialect import build, mavlink
 from wire.state_messages import state_key
 

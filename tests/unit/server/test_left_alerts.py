@@ -5,8 +5,8 @@ from dataclasses import replace
 import pytest
 from hub_world import NOW, HubWorld, record
 
-from server.live.alerts.alert import Alert
-from server.live.alerts.left_alerts import (
+from server.alerts.core.alert import Alert
+from server.alerts.core.left_alerts import (
     GONE_FOR_S,
     REMOVED_FOR_S,
     LeftAlerts,
@@ -15,9 +15,9 @@ from server.live.alerts.left_alerts import (
     Why,
     why_left,
 )
-from server.live.alerts.rules import BY_NAME
-from server.live.alerts.views import AlertView
-from server.live.towers.place import Place
+from server.alerts.core.rules import BY_NAME
+from server.alerts.core.views import AlertView
+from server.towers.core.place import Place
 from wire.control_messages import AutopilotState
 from wire.ids import DroneId
 

@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 
-from server.live.flights import link_places
-from server.live.flights.link_places import METRES_PER_DEGREE, LinkPlaces, LinkPlacesView, link_places_csv
-from server.live.flights.link_report import MAX_AGE_S, place_of
+from server.flights.core import link_places
+from server.flights.core.link_places import METRES_PER_DEGREE, LinkPlaces, LinkPlacesView, link_places_csv
+from server.flights.core.link_report import MAX_AGE_S, place_of
 from wire.dialect import build, mavlink
 
 LAT, LON = 47.3977, 8.5456

@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from video_relay_scene import MEDIUM, FakeViewer, Scene, unit
 from worlds.tiers import examples
 
-from server.live.video.drone_video import Flow
-from server.live.video.pacing import TRUST_S
-from server.live.video.viewer import MAX_MEMBERS
-from server.live.video.viewer_messages import Drawn
+from server.video.core.drone_video import Flow
+from server.video.core.pacing import TRUST_S
+from server.video.core.viewer import MAX_MEMBERS
+from server.video.core.viewer_messages import Drawn
 from wire.ids import DroneId
 
 RATE_S = 1 / 24

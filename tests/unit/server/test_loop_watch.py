@@ -10,7 +10,7 @@ from collections.abc import AsyncIterator
 import pytest
 
 from bench.rig import wait_for
-from server.runtime.loop_watch import NOT_OURS, LoopWatch
+from server.runtime.loop_watch import NOT_OURS, LoopWatch, _place
 from wire.zones.area import Area
 from wire.zones.track import Spot, Track
 
@@ -38,6 +38,12 @@ async def test_work_that_holds_the_loop_is_named_with_its_time(watch: LoopWatch)
     assert worst.held_s > 0.3
     assert watch.worst_ms >= round(worst.held_s * 1000, 2)
     assert set(watch.held_s) >= {worst.where}
+
+
+@pytest.mark.parametrize("route", ["server.airspace.api.list_zones", "server.fleet.api.loan_routes.lend"])
+def test_the_route_is_named_and_not_what_it_calls(route: str) -> None:
+    assert _place(["server.http.guards.__call__", route, "wire.zones.area.inside"]) == route
+    assert _place(["server.link.api.live_channel.received", "wire.zones.area.inside"]) == "wire.zones.area.inside"
 
 
 async def test_a_loop_that_waits_for_something_else_is_not_blamed_on_our_code(watch: LoopWatch) -> None:

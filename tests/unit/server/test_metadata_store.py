@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from server.live.operations.metadata_store import MetadataStore
-from server.live.parameters.metadata import metadata_json
+from server.operations.core.metadata_store import MetadataStore
+from server.parameters.core.metadata import metadata_json
 from wire.control_messages import MalformedMessage, decode_to_tower
 from wire.parameter_metadata import (
     MAX_PACKED_BYTES,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hub_world import HubWorld, record
 
 from server.live.hub_events import HubEvent, MotorsStopped
-from server.live.relay.live_messages import AlertChanged, Notice
+from server.live.live_messages import AlertChanged, Notice
 from wire.control_messages import AutopilotState
 from wire.dialect import build, mavlink
 

@@ -4,8 +4,8 @@ import asyncio
 
 import pytest
 
-from server.api.bus import nats_bus
-from server.api.bus.nats_bus import _within
+from server.towers.api import nats_bus
+from server.towers.api.nats_bus import _within
 
 
 async def loses_cancellations(count: int) -> None:

@@ -7,7 +7,7 @@ import pytest
 from alert_flight import UP_M, FlownHub, M
 from worlds.held_copter import mode_command
 
-from server.live.relay.live_drone import LeaseView
+from server.live.live_drone import LeaseView
 from simulator.geodesy import e7
 from simulator.mission_plan import Item, PlanKind
 from simulator.modes import Mode

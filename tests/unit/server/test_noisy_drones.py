@@ -7,15 +7,12 @@ from typing import Any
 import pytest
 from hub_world import NOW, FakeAgent, FakeBrowser, HubWorld, command_ack, heartbeat, record, sticks
 
-from server.domain.fleet import TeamRecord
-from server.domain.people import UserRef
-from server.domain.relations import TeamRole
-from server.domain.restraint import Measure, Restraint
-from server.live.alerts.announcer import Announcer
-from server.live.hub_events import HubEvent, NoiseJudged
-from server.live.relay import live_messages as live
-from server.live.relay.live_drone import LeaseView
-from server.live.relay.noise_watch import (
+from server.alerts.core.announcer import Announcer
+from server.kernel.fleet import TeamRecord
+from server.kernel.people import UserRef
+from server.kernel.relations import TeamRole
+from server.kernel.restraint import Measure, Restraint
+from server.link.core.noise_watch import (
     FRAMES_PER_S,
     LIMITED_PER_S,
     QUIET_S,
@@ -25,7 +22,10 @@ from server.live.relay.noise_watch import (
     LimitedTelemetry,
     NoiseWatch,
 )
-from server.live.relay.restraint import LosesItsLink, effect_of, needs_confirmation
+from server.link.core.restraint import LosesItsLink, effect_of, needs_confirmation
+from server.live import live_messages as live
+from server.live.hub_events import HubEvent, NoiseJudged
+from server.live.live_drone import LeaseView
 from wire.control_messages import AutopilotState, SafetySettings
 from wire.dialect import build, mavlink
 from wire.ids import DroneId, Epoch, UserId

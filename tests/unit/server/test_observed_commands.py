@@ -5,9 +5,9 @@ from typing import Any
 
 import pytest
 
-from server.domain.clock import utc_now
-from server.domain.people import UserRef
-from server.live.operations.observed_commands import (
+from server.kernel.clock import utc_now
+from server.kernel.people import UserRef
+from server.operations.core.observed_commands import (
     ANSWER_WITHIN_S,
     MAX_OPEN,
     MAX_STREAM_S,
@@ -16,7 +16,7 @@ from server.live.operations.observed_commands import (
     CommandObserved,
     ObservedCommands,
 )
-from server.live.operations.observed_table import NOT_COMMANDS, command_of
+from server.operations.core.observed_table import NOT_COMMANDS, command_of
 from wire.dialect import build, mavlink
 from wire.ids import DroneId, UserId
 

@@ -7,11 +7,11 @@ from hub_world import FakeAgent, HubWorld, record
 from hypothesis import given
 from hypothesis import strategies as st
 
-from server.api.flights.export_stream import FORMATS
-from server.live.flight_imports.conversion import convert
-from server.live.flights.figures import FiguresReader
-from server.live.flights.tlog import STAMP, Entry, of_one_vehicle, read_entries
-from server.live.flights.track import FlightSummary, fixes_in
+from server.flights.api.export_stream import FORMATS
+from server.flights.core.figures import FiguresReader
+from server.flights.core.imports.conversion import convert
+from server.flights.core.tlog import STAMP, Entry, of_one_vehicle, read_entries
+from server.flights.core.track import FlightSummary, fixes_in
 from wire.control_messages import AutopilotState
 from wire.dialect import build, mavlink
 from wire.ids import DroneId

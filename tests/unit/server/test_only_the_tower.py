@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from starlette.types import Message, Receive, Scope, Send
 
-from server.api.http.only_the_tower import TRY_AGAIN, OnlyTheTower
+from server.http.only_the_tower import TRY_AGAIN, OnlyTheTower
 
 DENIAL: dict[str, dict[str, str]] = {"websocket.http.response": {}}
 

@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 from operation_scene import DOWNLOAD, ITEMS, Scene
 
-from server.live.operations.table_fetching import NOT_YET_S, TABLE_AGAIN_AFTER_S, TABLES_APART_S
+from server.operations.core.table_fetching import NOT_YET_S, TABLE_AGAIN_AFTER_S, TABLES_APART_S
 from wire.control_messages import MalformedMessage
 from wire.parameters import Parameter, by_name, pack_table, table_hash
 from wire.plans import PlanKind, pack_plan, plan_hash

@@ -7,11 +7,11 @@ import pytest
 from hub_world import record
 from operation_scene import ALICE, COMMAND, DOWNLOAD, ITEMS, Scene
 
-from server.live.operations.kept_operations import ENDED_KEPT_S, MAX_ENDED
-from server.live.operations.operation import Lane, Operation, Order, State, Step
-from server.live.operations.refusals import AgentTooOld, DroneBusy, DroneOffline
-from server.live.operations.service import ASK_AFTER_S, GRACE_S, LINK_LOST
-from server.live.relay.assist_turn import BACK_AFTER_S
+from server.control.core.assist_turn import BACK_AFTER_S
+from server.operations.core.kept_operations import ENDED_KEPT_S, MAX_ENDED
+from server.operations.core.operation import Lane, Operation, Order, State, Step
+from server.operations.core.refusals import AgentTooOld, DroneBusy, DroneOffline
+from server.operations.core.service import ASK_AFTER_S, GRACE_S, LINK_LOST
 from wire.ids import DroneId, UserId
 from wire.lateness import stamp_ms
 from wire.plans import PlanKind

@@ -6,8 +6,8 @@ import pytest
 from hub_world import command_long, record
 from operation_scene import ALICE, COMMAND, Scene
 
-from server.live.operations.operation import MAX_RUNNING, Lane, Order, State, Step
-from server.live.operations.refusals import DroneBusy
+from server.operations.core.operation import MAX_RUNNING, Lane, Order, State, Step
+from server.operations.core.refusals import DroneBusy
 from wire.control_messages import HoldCause, HoldProgress, HoldStep
 from wire.ids import DroneId
 from wire.tagged import tag

@@ -6,7 +6,7 @@ import struct
 
 from hub_world import HubWorld, record
 
-from server.live.relay.live_messages import AlertChanged
+from server.live.live_messages import AlertChanged
 from wire.autopilots.px4_events import event_id
 from wire.control_messages import AutopilotState
 from wire.dialect import EVENT, build, mavlink

@@ -4,8 +4,8 @@ import itertools
 
 import pytest
 
-from server.live.accounts import challenges
-from server.live.accounts.challenges import (
+from server.accounts.core import challenges
+from server.accounts.core.challenges import (
     ASKED_AT_ONCE,
     CHALLENGE_BYTES,
     LIFETIME_S,
@@ -14,7 +14,7 @@ from server.live.accounts.challenges import (
     Purpose,
     TooManyChallenges,
 )
-from server.live.anonymous.networks import origin_of
+from server.anonymous.core.networks import origin_of
 
 HERE = "browser 1"
 

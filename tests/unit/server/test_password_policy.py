@@ -8,15 +8,15 @@ import time
 import pytest
 from zxcvbn import feedback
 
-from server.store.accounts import password_policy
-from server.store.accounts.password_policy import (
+from server.accounts.store import password_policy
+from server.accounts.store.password_policy import (
     BadPassword,
     PasswordPolicy,
     TooManyJudgements,
     check_password,
     judge_password,
 )
-from server.store.accounts.passwords import generate_password
+from server.accounts.store.passwords import generate_password
 
 
 @pytest.mark.parametrize(

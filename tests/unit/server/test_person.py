@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from server.live.operations.person import ACCURATE_M, FASTEST_M_S, Fix, PersonTrack
-from server.live.separation.motion import METRES_PER_DEGREE
+from server.airspace.core.separation.motion import METRES_PER_DEGREE
+from server.operations.core.person import ACCURATE_M, FASTEST_M_S, Fix, PersonTrack
 
 FIRST = Fix(47.0, 8.0, 5.0, 100.0)
 

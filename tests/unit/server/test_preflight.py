@@ -6,11 +6,11 @@ from types import SimpleNamespace
 import pytest
 from hub_world import HubWorld, record
 
-from server.domain.people import UserRef
-from server.live.preflight.arming_texts import MAX_REASONS, REPEATED_WITHIN_S, ArmingTexts
-from server.live.preflight.checks import CheckLine, LineState, PreflightFacts, preflight_lines
-from server.live.preflight.facts_of import REMOTE_ID_WITHIN_S, preflight_facts
-from server.live.preflight.signature import VALID_FOR, Signature, SignedLine, after_report
+from server.kernel.people import UserRef
+from server.readiness.core.arming_texts import MAX_REASONS, REPEATED_WITHIN_S, ArmingTexts
+from server.readiness.core.checks import CheckLine, LineState, PreflightFacts, preflight_lines
+from server.readiness.core.facts_of import REMOTE_ID_WITHIN_S, preflight_facts
+from server.readiness.core.signature import VALID_FOR, Signature, SignedLine, after_report
 from wire.control_messages import AutopilotState
 from wire.dialect import build, mavlink
 from wire.ids import DroneId, UserId

@@ -1,6 +1,6 @@
 """When the data channel's socket is read at once, and when reads are batched."""
 
-from server.live.relay.read_pacer import (
+from server.link.core.read_pacer import (
     BATCH_GOAL,
     MAX_REST_S,
     MAX_SMALL_ROUNDS,

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from worlds.camera_units import units
 
-from server.live.recordings.units import (
+from server.video.core.recordings.units import (
     ENTRY_BYTES,
     MAGIC,
     TICKS_PER_S,

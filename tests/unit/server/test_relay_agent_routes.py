@@ -1,6 +1,6 @@
 """Where the tower sends to an agent: the newest address, uplinks while they send, the WebSocket."""
 
-from server.live.relay.agent_routes import MAX_UPLINKS, OVER_CHANNEL, UPLINK_SILENT_S, AgentRoutes
+from server.link.core.agent_routes import MAX_UPLINKS, OVER_CHANNEL, UPLINK_SILENT_S, AgentRoutes
 
 WIFI, CELL, MOVED = ("192.0.2.1", 1), ("198.51.100.2", 2), ("203.0.113.3", 3)
 

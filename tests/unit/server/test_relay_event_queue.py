@@ -5,9 +5,9 @@ from types import SimpleNamespace
 import msgspec
 from hub_world import HubWorld
 
-from server.domain.people import Role
-from server.live.relay import live_messages as live
-from server.live.relay.event_queue import MAX_EVENTS, EventQueue
+from server.kernel.people import Role
+from server.link.core.event_queue import MAX_EVENTS, EventQueue
+from server.live import live_messages as live
 from wire.ids import DroneId, UserId
 
 

@@ -4,8 +4,8 @@ from datetime import UTC, datetime, timedelta
 
 from hub_world import HubWorld
 
-from server.live.relay.flight_start import FlightStart
-from server.live.relay.live_drone import LiveDrone
+from server.live.flight_start import FlightStart
+from server.live.live_drone import LiveDrone
 from wire.control_messages import AutopilotState
 from wire.ids import DroneId
 

@@ -5,12 +5,12 @@ from hub_world import FakeBrowser, HubWorld, command_ack, command_long, heartbea
 from hypothesis import given
 from hypothesis import strategies as st
 
-from server.domain.people import UserRef
-from server.live.relay import live_messages as live
-from server.live.relay.flood_gate import FLOODING, PATIENCE, RESERVED, FloodGate, FloodLimits
-from server.live.relay.live_drone import LeaseView
-from server.live.relay.socket_bounds import SocketBounds
-from server.live.relay.token_bucket import TokenBucket
+from server.kernel.people import UserRef
+from server.link.core.flood_gate import FLOODING, PATIENCE, RESERVED, FloodGate, FloodLimits
+from server.link.core.socket_bounds import SocketBounds
+from server.link.core.token_bucket import TokenBucket
+from server.live import live_messages as live
+from server.live.live_drone import LeaseView
 from wire.dialect import build, mavlink
 from wire.drops import DropReason
 from wire.ids import DroneId, Epoch, UserId

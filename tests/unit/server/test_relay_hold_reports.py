@@ -10,6 +10,8 @@ from hub_world import (
 )
 from safety_scene import ONE, Scene
 
+from server.link.core.agent_link import COPIES_AT_ONCE
+from server.live import live_messages as live
 from server.live.hub_events import (
     ControlsMoved,
     HolderGone,
@@ -17,8 +19,6 @@ from server.live.hub_events import (
     LossParametersReported,
     RightLost,
 )
-from server.live.relay import live_messages as live
-from server.live.relay.agent_link import COPIES_AT_ONCE
 from wire.control_messages import (
     ControlChanged,
     HoldCause,

@@ -6,11 +6,11 @@ import msgspec
 import pytest
 from hub_world import FIRST_ORDER, HubWorld, command_ack, command_long, heartbeat, record, sticks
 
-from server.domain.people import UserRef
+from server.control.core.hold_orders import OFFLINE
+from server.kernel.people import UserRef
+from server.live import live_messages as live
 from server.live.hub import LINK_REPLACED, SESSION_ENDED
-from server.live.relay import live_messages as live
-from server.live.relay.hold_orders import OFFLINE
-from server.live.relay.live_drone import LeaseView
+from server.live.live_drone import LeaseView
 from wire.batching import MAX_WAIT_S
 from wire.content import Ping, encode_keepalive
 from wire.control_messages import AutopilotState, ControlChanged, HoldOrder, HoldProgress, HoldStep

@@ -6,12 +6,12 @@ from datetime import datetime, timedelta
 import pytest
 from hub_world import NOW, FakeAgent, FakeBrowser, HubWorld, heartbeat, record
 
-from server.domain.fleet import TeamRecord
-from server.domain.people import Role, UserRef
-from server.domain.relations import TeamRole
-from server.live.fleet.views import LastHeardView
-from server.live.relay import live_messages as live
-from server.live.relay.live_drone import LeaseView, LiveDrone
+from server.fleet.core.views import LastHeardView
+from server.kernel.fleet import TeamRecord
+from server.kernel.people import Role, UserRef
+from server.kernel.relations import TeamRole
+from server.live import live_messages as live
+from server.live.live_drone import LeaseView, LiveDrone
 from wire.control_messages import AutopilotState
 from wire.dialect import build, mavlink
 from wire.ids import DroneId, Epoch, UserId

@@ -7,12 +7,12 @@ from typing import Any
 import pytest
 from hub_world import FakeBrowser, HubWorld, heartbeat, record, sticks
 
-from server.domain.people import UserRef
+from server.control.core.holder_watch import GRACE_S
+from server.control.core.lease_changes import CONTROL_ACTS_WITHIN_S, ELSEWHERE
+from server.kernel.people import UserRef
+from server.live import live_messages as live
 from server.live.hub_events import HolderExpired
-from server.live.relay import live_messages as live
-from server.live.relay.holder_watch import GRACE_S
-from server.live.relay.lease_changes import CONTROL_ACTS_WITHIN_S, ELSEWHERE
-from server.live.relay.live_drone import LeaseView
+from server.live.live_drone import LeaseView
 from wire.ids import DroneId, Epoch, UserId
 from wire.open_holds import AfterSticks, HoldStage, HoldState, Lost, LostAction, LostPhase
 from wire.tagged import tag

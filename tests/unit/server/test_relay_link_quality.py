@@ -12,12 +12,10 @@ from hub_world import (
 )
 from safety_scene import ALICE, BOB, ONE, Scene
 
-from server.domain.fleet import LoanRecord
-from server.live.hub_events import (
-    RttTooLong,
-)
-from server.live.relay import live_messages as live
-from server.live.relay.live_drone import LeaseView
+from server.kernel.fleet import LoanRecord
+from server.live import live_messages as live
+from server.live.hub_events import RttTooLong
+from server.live.live_drone import LeaseView
 from wire.control_messages import (
     AutopilotState,
     SafetySettings,

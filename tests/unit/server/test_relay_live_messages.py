@@ -2,7 +2,7 @@
 
 import pytest
 
-from server.live.relay.live_messages import Focus, MalformedRequest, Pong, Watch, decode_request
+from server.live.live_messages import Focus, MalformedRequest, Pong, Watch, decode_request
 
 
 def test_the_three_requests_are_understood_and_unknown_fields_ignored() -> None:

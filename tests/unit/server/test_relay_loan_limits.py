@@ -1,6 +1,6 @@
 """The limits of a loan: when a borrower has flown too far by hand. For the requests see test_relay_loan_requests.py."""
 
-from server.live.relay.loan_limits import Home, Limits, LimitWatch, Place, home_in, whole_place_in
+from server.control.core.loan_limits import Home, Limits, LimitWatch, Place, home_in, whole_place_in
 from wire.dialect import build, mavlink
 
 HOME = Home(47.0, 8.0, 500.0)

@@ -4,10 +4,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from server.live.relay.loan_limits import Home, Limits
-from server.live.relay.loan_requests import LoanBlock, bar_of, words_of
-from server.live.relay.loan_tables import COMMANDS, ITEMS, MESSAGES
-from server.live.relay.policy import command_in
+from server.control.core.loan_limits import Home, Limits
+from server.control.core.loan_requests import LoanBlock, bar_of, words_of
+from server.control.core.loan_tables import COMMANDS, ITEMS, MESSAGES
+from server.control.core.policy import command_in
 from wire.autopilots.ardupilot import ARDUPILOT
 from wire.autopilots.profile import AutopilotFamily
 from wire.autopilots.px4_multicopter import PX4

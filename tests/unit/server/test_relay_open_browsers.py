@@ -5,8 +5,8 @@ from typing import Any
 
 import pytest
 
-from server.live.relay import open_browsers
-from server.live.relay.open_browsers import OpenBrowsers
+from server.live import open_browsers
+from server.live.open_browsers import OpenBrowsers
 from wire.ids import UserId
 
 

@@ -5,14 +5,14 @@ from datetime import datetime, timedelta
 import pytest
 from hub_world import FIRST_ORDER, NOW, FakeAgent, HubWorld, record, sticks
 
-from server.domain.people import UserRef
-from server.live.fleet.views import HoldView
+from server.control.core.hold_orders import OFFLINE
+from server.control.core.open_hold import NO_ORDER, OpenHold
+from server.fleet.core.views import HoldView
+from server.kernel.people import UserRef
+from server.link.core.link_changes import ORDERED_AGAIN
+from server.live import live_messages as live
 from server.live.hub_events import HoldToKeep, HubEvent
-from server.live.relay import live_messages as live
-from server.live.relay.hold_orders import OFFLINE
-from server.live.relay.link_changes import ORDERED_AGAIN
-from server.live.relay.live_drone import LeaseView, LiveDrone
-from server.live.relay.open_hold import NO_ORDER, OpenHold
+from server.live.live_drone import LeaseView, LiveDrone
 from wire.control_messages import (
     HoldOrder,
     HoldProgress,

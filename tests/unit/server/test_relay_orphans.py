@@ -5,12 +5,12 @@ from unittest.mock import ANY
 import pytest
 from hub_world import FIRST_ORDER, NOW, FakeAgent, FakeBrowser, HubWorld, command_ack, heartbeat, record, sticks
 
-from server.domain.people import UserRef
-from server.live.relay import live_messages as live
-from server.live.relay.agent_routes import OVER_CHANNEL
-from server.live.relay.live_counts import count_live
-from server.live.relay.live_drone import LeaseView
-from server.live.relay.orphans import ORPHAN_S, SILENT_S
+from server.control.core.orphans import ORPHAN_S, SILENT_S
+from server.kernel.people import UserRef
+from server.link.core.agent_routes import OVER_CHANNEL
+from server.live import live_messages as live
+from server.live.live_counts import count_live
+from server.live.live_drone import LeaseView
 from wire.control_messages import (
     AutopilotState,
     ControlChanged,

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from server.live.relay.outbox import MAX_STATE_KINDS, MAX_TRANSACTIONAL, Outbox
+from server.link.core.outbox import MAX_STATE_KINDS, MAX_TRANSACTIONAL, Outbox
 from wire.ids import DroneId
 
 ONE, TWO = DroneId(1), DroneId(2)

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from server.live.relay.policy import (
+from server.control.core.policy import (
     ASK_AGAIN_WITHIN_S,
     Authorization,
     Kind,

@@ -10,16 +10,10 @@ from hub_world import (
 )
 from safety_scene import ADMIN, ALICE, BOB, HELD, ONE, Scene
 
-from server.live.hub_events import (
-    HolderExpired,
-    HolderGone,
-    OfferLapsed,
-    RightLost,
-    TurnRequested,
-)
-from server.live.relay import live_messages as live
-from server.live.relay.holder_watch import GRACE_S, KEPT_FOR_S
-from server.live.relay.live_drone import SILENT_AFTER_S, LeaseView
+from server.control.core.holder_watch import GRACE_S, KEPT_FOR_S
+from server.live import live_messages as live
+from server.live.hub_events import HolderExpired, HolderGone, OfferLapsed, RightLost, TurnRequested
+from server.live.live_drone import SILENT_AFTER_S, LeaseView
 from wire.control_messages import (
     ControlChanged,
 )

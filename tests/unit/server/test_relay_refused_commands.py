@@ -8,8 +8,8 @@ from hub_world import (
 )
 from safety_scene import ADMIN, HELD, ONE, Scene
 
-from server.live.relay import live_messages as live
-from server.live.relay.loss_check_mark import LossCheckMark
+from server.control.core.loss_check_mark import LossCheckMark
+from server.live import live_messages as live
 from wire.control_messages import (
     AutopilotState,
 )

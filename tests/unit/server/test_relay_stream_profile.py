@@ -2,8 +2,8 @@
 
 from hub_world import HubWorld
 
+from server.live import live_messages as live
 from server.live.hub import Hub
-from server.live.relay import live_messages as live
 from wire.control_messages import StreamSettings, StreamState
 from wire.ids import DroneId
 from wire.stream_profiles import StreamChoice, StreamProfile

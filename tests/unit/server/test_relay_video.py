@@ -3,7 +3,7 @@
 import pytest
 from video_relay_scene import MEDIUM, ONE, FakeViewer, Scene, streams_of, unit
 
-from server.live.video.drone_video import LINGER_S
+from server.video.core.drone_video import LINGER_S
 from wire.video import (
     ClockAnswer,
     Quality,

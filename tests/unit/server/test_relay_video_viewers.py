@@ -6,14 +6,14 @@ import pytest
 from hub_world import FakeAgent, record
 from video_relay_scene import MEDIUM, ONE, TWO, FakeViewer, Scene, streams_of, unit
 
-from server.domain.people import UserRef
-from server.live.relay.live_drone import LeaseView
-from server.live.video.drone_video import LINGER_S
-from server.live.video.fan_out import AT_ONCE
-from server.live.video.situation import VideoCondition, VideoSituation
-from server.live.video.streams import StreamKey
-from server.live.video.viewer import DEAF_AFTER_S
-from server.live.video.viewer_messages import MalformedVideoRequest, streams_named
+from server.kernel.people import UserRef
+from server.live.live_drone import LeaseView
+from server.video.core.drone_video import LINGER_S
+from server.video.core.fan_out import AT_ONCE
+from server.video.core.situation import VideoCondition, VideoSituation
+from server.video.core.streams import StreamKey
+from server.video.core.viewer import DEAF_AFTER_S
+from server.video.core.viewer_messages import MalformedVideoRequest, streams_named
 from wire.ids import DroneId, Epoch, UserId
 from wire.video import (
     HEADER_BYTES,

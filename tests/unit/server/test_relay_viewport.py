@@ -3,8 +3,8 @@
 import pytest
 from hub_world import HubWorld, command_ack
 
-from server.live.relay.live_messages import MalformedRequest, MapShown, decode_request
-from server.live.relay.viewport import Viewport, place_in
+from server.link.core.viewport import Viewport, place_in
+from server.live.live_messages import MalformedRequest, MapShown, decode_request
 from wire.dialect import build, mavlink
 from wire.ids import DroneId
 from wire.tagged import tag

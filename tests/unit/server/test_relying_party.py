@@ -2,7 +2,7 @@
 
 import pytest
 
-from server.live.accounts.relying_party import PasskeysUnavailable, RelyingParty, relying_party
+from server.accounts.core.relying_party import PasskeysUnavailable, RelyingParty, relying_party
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""`server/domain` alone decides what a role permits: no other code compares roles."""
+"""`server/kernel` alone decides what a role permits: no other code compares roles."""
 
 import re
 from pathlib import Path
@@ -12,8 +12,8 @@ COMPARES = re.compile(
     r"|role\.value\s*(==|!=)"
 )
 ALLOWED = {
-    "store/accounts/users.py": "the rows are the object itself: the last admin stays one",
-    "store/accounts/views.py": "the role of a new account that names none",
+    "accounts/store/users.py": "the rows are the object itself: the last admin stays one",
+    "accounts/store/views.py": "the role of a new account that names none",
     "app/commands/first_start.py": "the role of the first account",
     "app/commands/users.py": "the role of a new account that names none",
 }
@@ -26,11 +26,11 @@ def _compares(text: str) -> list[str]:
     return [line.strip() for line in text.splitlines() if COMPARES.search(line) and not OTHER_ROLES.search(line)]
 
 
-def test_nobody_outside_the_domain_compares_roles() -> None:
+def test_nobody_outside_the_kernel_compares_roles() -> None:
     found = {
         str(path.relative_to(SERVER)): lines
         for path in sorted(SERVER.rglob("*.py"))
-        if path.relative_to(SERVER).parts[0] != "domain" and (lines := _compares(path.read_text()))
+        if path.relative_to(SERVER).parts[0] != "kernel" and (lines := _compares(path.read_text()))
     }
     assert {name: lines for name, lines in found.items() if name not in ALLOWED} == {}
     assert set(ALLOWED) == set(found), "an exception that is needed no more"

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from server.api.bus.nats_bus import HIGH_WATER_BYTES
-from server.api.bus.several_towers import _Room, _VisitorWriter
+from server.towers.api.nats_bus import HIGH_WATER_BYTES
+from server.towers.api.several_towers import _Room, _VisitorWriter
 
 
 class Bus:

@@ -5,7 +5,7 @@ import threading
 
 import pytest
 
-from server.runtime.notify.sending_threads import MAX_AT_ONCE, MAX_OF_ONE, SendingThreads
+from server.alerts.io.sending_threads import MAX_AT_ONCE, MAX_OF_ONE, SendingThreads
 
 WITHIN_S = 30.0
 

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from server.live.separation.approach import conflict_ahead
-from server.live.separation.motion import METRES_PER_DEGREE, Motion, Relative, motion_in
+from server.airspace.core.separation.approach import conflict_ahead
+from server.airspace.core.separation.motion import METRES_PER_DEGREE, Motion, Relative, motion_in
 from wire.dialect import build, mavlink
 
 STEP_S = 0.02

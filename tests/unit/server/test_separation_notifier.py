@@ -8,11 +8,11 @@ import msgspec
 import pytest
 from hub_world import FakeAgent, FakeBrowser, HubWorld, record
 
-from server.domain.people import UserRef
+from server.airspace.core.separation.motion import METRES_PER_DEGREE
+from server.kernel.people import UserRef
+from server.link.core.event_queue import EventQueue
+from server.live import live_messages as live
 from server.live.hub_events import HubEvent, SeparationLost
-from server.live.relay import live_messages as live
-from server.live.relay.event_queue import EventQueue
-from server.live.separation.motion import METRES_PER_DEGREE
 from wire.control_messages import AutopilotState
 from wire.dialect import build, mavlink
 from wire.ids import DroneId, UserId

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from server.live.separation.bounds import SeparationBounds, judge
-from server.live.separation.motion import METRES_PER_DEGREE, Motion, Relative
-from server.live.separation.near_pairs import PAIRS_A_PORTION, Pair, near_pairs
+from server.airspace.core.separation.bounds import SeparationBounds, judge
+from server.airspace.core.separation.motion import METRES_PER_DEGREE, Motion, Relative
+from server.airspace.core.separation.near_pairs import PAIRS_A_PORTION, Pair, near_pairs
 from wire.ids import DroneId
 
 BOUNDS = SeparationBounds(horizontal_m=20.0, vertical_m=10.0, ahead_s=30.0)

@@ -5,8 +5,8 @@ from math import cos, radians, sin
 
 import pytest
 
-from server.live.separation.motion import METRES_PER_DEGREE, Motion
-from server.live.separation.plausible import KNOWN_FOR_S, QUARANTINE_S, MotionCheck
+from server.airspace.core.separation.motion import METRES_PER_DEGREE, Motion
+from server.airspace.core.separation.plausible import KNOWN_FOR_S, QUARANTINE_S, MotionCheck
 
 STEP_S = 0.5
 

@@ -9,16 +9,16 @@ import pytest
 from hub_world import FakeAgent, FakeBrowser, HubWorld, heartbeat, record
 from test_separation_notifier import KNOWN_S, armed_heartbeat, position
 
-from server.domain.people import UserRef
-from server.live.alerts.rules import TOO_NEAR
+from server.airspace.core.separation.elsewhere import KEEP_S
+from server.airspace.core.separation.encounter import UNHEARD_S
+from server.alerts.core.rules import TOO_NEAR
+from server.kernel.people import UserRef
 from server.live.hub_events import HubEvent, SeparationLost
-from server.live.relay.live_messages import AlertChanged, Relayed, Separation, encode_event
-from server.live.separation.elsewhere import KEEP_S
-from server.live.separation.encounter import UNHEARD_S
-from server.live.towers.messages import EventUp
-from server.live.towers.place import Place
-from server.live.towers.towers import Towers
-from server.live.towers.visitors import Stop, Visitor
+from server.live.live_messages import AlertChanged, Relayed, Separation, encode_event
+from server.towers.core.messages import EventUp
+from server.towers.core.place import Place
+from server.towers.core.towers import Towers
+from server.towers.core.visitors import Stop, Visitor
 from wire.control_messages import AutopilotState
 from wire.dialect import build, mavlink
 from wire.ids import DroneId, UserId

@@ -5,10 +5,10 @@ from typing import Final
 
 import pytest
 
-from server.live.separation.approach import Approach
-from server.live.separation.bounds import Level
-from server.live.separation.motion import Relative
-from server.live.separation.strangers import (
+from server.airspace.core.separation.approach import Approach
+from server.airspace.core.separation.bounds import Level
+from server.airspace.core.separation.motion import Relative
+from server.airspace.core.separation.strangers import (
     ALERT_BURST,
     ALERT_EVERY_S,
     FIGURES_EVERY_S,

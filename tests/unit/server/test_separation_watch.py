@@ -5,9 +5,9 @@ from math import cos, radians
 
 import pytest
 
-from server.live.separation.bounds import Level, SeparationBounds
-from server.live.separation.motion import METRES_PER_DEGREE, Motion
-from server.live.separation.watch import MAX_ENCOUNTERS, AirPicture, SeparationWatch
+from server.airspace.core.separation.bounds import Level, SeparationBounds
+from server.airspace.core.separation.motion import METRES_PER_DEGREE, Motion
+from server.airspace.core.separation.watch import MAX_ENCOUNTERS, AirPicture, SeparationWatch
 from wire.ids import DroneId
 
 BOUNDS = SeparationBounds(horizontal_m=20.0, vertical_m=10.0, ahead_s=30.0)

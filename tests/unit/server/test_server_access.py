@@ -6,8 +6,9 @@ from itertools import product
 
 import pytest
 
-from server.api.http.origin import origin_matches
-from server.domain.access import (
+from server.accounts.store.passwords import generate_password
+from server.http.origin import origin_matches
+from server.kernel.access import (
     WITH_FRESH_PROOF,
     WITHOUT_DEMANDED_FACTOR,
     AccessRequest,
@@ -27,11 +28,10 @@ from server.domain.access import (
     refusals_for_roles,
     roles_with,
 )
-from server.domain.names import BadName, clean_name, name_key
-from server.domain.people import Principal, Role, TokenId
-from server.domain.relations import Relation
-from server.domain.scopes import Scope
-from server.store.accounts.passwords import generate_password
+from server.kernel.names import BadName, clean_name, name_key
+from server.kernel.people import Principal, Role, TokenId
+from server.kernel.relations import Relation
+from server.kernel.scopes import Scope
 from wire.ids import UserId
 
 ADMIN = Principal(UserId(1), "Root", Role.ADMIN, 1, datetime(2030, 1, 1, tzinfo=UTC))

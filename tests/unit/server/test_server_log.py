@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from server.live.anonymous.limits import LIMITS
+from server.anonymous.core.limits import LIMITS
 
 PROGRAM = """
 import structlog

@@ -6,13 +6,13 @@ import pkgutil
 from collections.abc import Iterator
 
 import server
-from server.api.http.problem_kinds import PROBLEMS
-from server.api.http.problems import kind_of, refusal_problem
-from server.domain.lease import Refused
-from server.domain.refusal import Refusal, RetryLater
-from server.store.accounts.password_policy import BadPassword
-from server.store.accounts.users import SignInThrottled
-from server.store.control.service import ControlRefused
+from server.accounts.store.password_policy import BadPassword
+from server.accounts.store.users import SignInThrottled
+from server.control.core.lease import Refused
+from server.control.store.service import ControlRefused
+from server.http.problem_kinds import PROBLEMS
+from server.http.problems import kind_of, refusal_problem
+from server.kernel.refusal import Refusal, RetryLater
 
 
 def _all_refusals(parent: type[Refusal] = Refusal) -> Iterator[type[Refusal]]:

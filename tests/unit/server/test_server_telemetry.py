@@ -11,11 +11,11 @@ from opentelemetry.sdk.trace.export import SimpleSpanProcessor, SpanExporter, Sp
 from opentelemetry.sdk.trace.export.in_memory_span_exporter import InMemorySpanExporter
 from opentelemetry.trace import StatusCode
 
-from server.api.telemetry.operation_spans import MAX_OPEN, OperationSpans
-from server.api.telemetry.span_queue import AT_ONCE, MAX_WAITING, SpanQueue
-from server.api.telemetry.tracing import Tracing, trace_id_of
-from server.domain.people import UserRef
-from server.live.operations.operation import Lane, Operation, Order, State, Step
+from server.kernel.people import UserRef
+from server.monitoring.api.tracing.operation_spans import MAX_OPEN, OperationSpans
+from server.monitoring.api.tracing.span_queue import AT_ONCE, MAX_WAITING, SpanQueue
+from server.monitoring.api.tracing.tracing import Tracing, trace_id_of
+from server.operations.core.operation import Lane, Operation, Order, State, Step
 from wire.ids import DroneId, Epoch, UserId
 from wire.transactions import LogListWork, Outcome, TransactionResult
 

@@ -1,6 +1,6 @@
 """The sign-in throttle, with simulated time."""
 
-from server.live.accounts.throttle import (
+from server.accounts.core.throttle import (
     FIRST_WAIT_S,
     FORGOTTEN_AFTER_S,
     FREE_TRIES,
@@ -11,9 +11,9 @@ from server.live.accounts.throttle import (
     SUSPECT_FROM,
     SignInThrottle,
 )
-from server.live.anonymous.fair_queue import Priority
-from server.live.anonymous.known_addresses import KnownAddresses
-from server.live.anonymous.limits import LIMITS
+from server.anonymous.core.fair_queue import Priority
+from server.anonymous.core.known_addresses import KnownAddresses
+from server.anonymous.core.limits import LIMITS
 
 
 def tries(throttle: SignInThrottle, count: int, now_s: float = 0.0) -> list[float]:

@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from server.api.relay.session_watch import watch_session
-from server.domain.people import Principal, Role
-from server.store.database import DatabaseUnavailable
+from server.kernel.people import Principal, Role
+from server.link.api.session_watch import watch_session
+from server.storage.database import DatabaseUnavailable
 from wire.ids import UserId
 
 NOW = datetime(2026, 1, 1, tzinfo=UTC)

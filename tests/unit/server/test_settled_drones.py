@@ -5,9 +5,9 @@ from dataclasses import replace
 from hub_world import NOW, FakeAgent, HubWorld, heartbeat, record
 from safety_scene import ADMIN, ALICE, HELD, ONE
 
-from server.domain.fleet import LoanRecord
-from server.live.relay.agent_link import SILENT_AFTER_S, AgentLink
-from server.live.relay.live_drone import LiveDrone
+from server.kernel.fleet import LoanRecord
+from server.link.core.agent_link import SILENT_AFTER_S, AgentLink
+from server.live.live_drone import LiveDrone
 from wire.ids import DroneId
 
 TICK_S = 0.1

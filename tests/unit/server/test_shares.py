@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from server.domain.fair_queue import FairQueue
-from server.domain.shares import (
+from server.kernel.fair_queue import FairQueue
+from server.kernel.shares import (
     MAX_NAMED,
     NOBODY,
     SHARES,
@@ -18,8 +18,8 @@ from server.domain.shares import (
     Shares,
     check_limit,
 )
-from server.domain.shares_table import shares_table
-from server.live.relay.flood_gate import FloodGate, FloodLimits
+from server.kernel.shares_table import shares_table
+from server.link.core.flood_gate import FloodGate, FloodLimits
 from wire.ids import UserId
 
 LIMITED = [one for one in SHARES.values() if one.default is not None]
@@ -27,7 +27,7 @@ LIMITED = [one for one in SHARES.values() if one.default is not None]
 
 def test_the_documentation_has_the_same_table() -> None:
     page = (Path(__file__).parents[3] / "docs" / "shares.md").read_text()
-    assert shares_table() in page, "run: python -m server.domain.shares_table"
+    assert shares_table() in page, "run: python -m server.kernel.shares_table"
     assert max(len(line) for line in shares_table().splitlines()) <= 120
 
 

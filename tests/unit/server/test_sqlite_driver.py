@@ -11,8 +11,8 @@ import pytest_asyncio
 from sqlalchemy import text
 from sqlalchemy.exc import IntegrityError
 
-from server.store.database import Database, open_database
-from server.store.sqlite_driver import ROWS_AT_ONCE, OneTripConnection
+from server.storage.database import Database, open_database
+from server.storage.sqlite_driver import ROWS_AT_ONCE, OneTripConnection
 
 NUMBERS: Final = (
     "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n WHERE i < :most) SELECT i FROM n ORDER BY i"

@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 from worlds.tile_files import one_colour_png, varint, write_tile_file
 
-from server.runtime.map_files import MapFolder
-from server.runtime.maps.pmtiles_file import BrokenArchive, PmtilesFile, tile_id
-from server.runtime.maps.terrain import Terrain
-from server.runtime.maps.terrarium import BadTile, decode_terrarium
+from server.maps.io.map_files import MapFolder
+from server.maps.io.pmtiles_file import BrokenArchive, PmtilesFile, tile_id
+from server.maps.io.terrain import Terrain
+from server.maps.io.terrarium import BadTile, decode_terrarium
 from simulator.geodesy import LocalFrame, Place
 from simulator.land_map import elevation
 from simulator.land_map.pmtiles import TileType, write_pmtiles

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import pytest
 
+from server.maps.io.area_tiles import Area, area_tiles, count_tiles
+from server.maps.io.tile_proxy import FAILURES_TO_REST, FRESH_S, REST_S, TileLayer, TileProxy
+from server.maps.io.tile_store import TileName, TileStore
+from server.maps.io.upstream import TileUnavailable, Upstream, media_type
 from server.runtime.judged_connection import is_allowed
-from server.runtime.maps.area_tiles import Area, area_tiles, count_tiles
-from server.runtime.maps.tile_proxy import FAILURES_TO_REST, FRESH_S, REST_S, TileLayer, TileProxy
-from server.runtime.maps.tile_store import TileName, TileStore
-from server.runtime.maps.upstream import TileUnavailable, Upstream, media_type
 
 LAYER = TileLayer(Upstream("https://tiles.example.org/{z}/{x}/{y}.png"), 10)
 

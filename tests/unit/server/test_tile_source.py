@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from server.api.http.security_headers import content_security_policy
+from server.http.security_headers import content_security_policy
+from server.maps.io.tile_source import TileAddresses, TileFile, read_tiles
 from server.runtime.settings import SettingsError, read_settings
-from server.runtime.tile_source import TileAddresses, TileFile, read_tiles
 
 GOOD = "https://tiles.example.org/{z}/{x}/{y}.png"
 

@@ -8,7 +8,7 @@ from cryptography import x509
 from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric.ec import SECP256R1, generate_private_key
 
-from server.api.relay.tls_binding import require_certificate
+from server.link.api.tls_binding import require_certificate
 from server.runtime.settings import SettingsError
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from server.api.fleet.tower_address import AddressUnknown, address_for_agents
+from server.fleet.io.tower_address import AddressUnknown, address_for_agents
 from server.runtime.settings import Settings
 
 

@@ -9,18 +9,18 @@ from typing import Final
 import pytest
 from hub_world import NOW, FakeBrowser, HubWorld
 
-from server.domain.people import Principal
-from server.live.alerts.alert import Alert
-from server.live.alerts.announcer import Announcer, Happening
-from server.live.alerts.refusals import UnknownAlert
-from server.live.alerts.rules import BY_NAME, OF_TOWER
-from server.live.alerts.service import LOOK_S, PARTS
-from server.live.alerts.tower_conditions import DISK_FULL_BYTES
-from server.live.alerts.tower_facts import Certificate, Disk, StoodStill, StoredThere, TowerFacts
-from server.live.alerts.views import AlertView
-from server.live.relay import live_messages as live
-from server.store.alert_channels.deliverer import message_of
-from server.store.file_budget import MIN_FREE_BYTES
+from server.alerts.core.alert import Alert
+from server.alerts.core.announcer import Announcer, Happening
+from server.alerts.core.refusals import UnknownAlert
+from server.alerts.core.rules import BY_NAME, OF_TOWER
+from server.alerts.core.service import LOOK_S, PARTS
+from server.alerts.core.tower_conditions import DISK_FULL_BYTES
+from server.alerts.core.tower_facts import Certificate, Disk, StoodStill, StoredThere, TowerFacts
+from server.alerts.core.views import AlertView
+from server.alerts.store.channels.deliverer import message_of
+from server.kernel.people import Principal
+from server.live import live_messages as live
+from server.storage.file_budget import MIN_FREE_BYTES
 
 MB: Final = 1_000_000
 WELL: Final = TowerFacts(
@@ -49,8 +49,8 @@ SCENES: Final = {
         "The file of the database is damaged: Tree 12 page 80: btreeInitPage() returns error code 11.",
     ),
     "tower-stands-still": (
-        replace(WELL, stood_still=StoodStill(0.31, "server.api.zones.routes.list_zones")),
-        "The tower stood still for 310 ms, in server.api.zones.routes.list_zones. Sticks came late.",
+        replace(WELL, stood_still=StoodStill(0.31, "server.airspace.api.list_zones")),
+        "The tower stood still for 310 ms, in server.airspace.api.list_zones. Sticks came late.",
     ),
     "tower-certificate-ends": (
         certificate(days=2),

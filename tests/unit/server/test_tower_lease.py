@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from server.domain.tower_lease import (
+from server.towers.core.tower_lease import (
     HOLD_AFTER_S,
     LEASE_S,
     RENEW_EVERY_S,

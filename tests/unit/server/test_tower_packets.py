@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from server.live.towers.messages import (
+from server.towers.core.messages import (
     MAX_BODY_BYTES,
     EventUp,
     decode_messages,

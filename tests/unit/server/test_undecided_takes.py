@@ -4,11 +4,11 @@ request."""
 import asyncio
 from typing import Any
 
-from server.domain.lease import Event
-from server.live.relay.live_drone import LeaseView
-from server.store.control.lease_store import Ask
-from server.store.control.undecided import UndecidedTakes
-from server.store.database_wait import current_wait, waiting_at_most
+from server.control.core.lease import Event
+from server.control.store.lease_store import Ask
+from server.control.store.undecided import UndecidedTakes
+from server.live.live_drone import LeaseView
+from server.storage.database_wait import current_wait, waiting_at_most
 from wire.ids import DroneId
 
 DRONE = DroneId(1)

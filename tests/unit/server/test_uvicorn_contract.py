@@ -1,7 +1,7 @@
 """The internals of uvicorn and websockets that the tower relies on. A new version fails here first.
 
-If it does: read server/api/websocket/ against the new sources, run tests/attacks and the hostile clients, then put the
-new versions into pyproject.toml and the new digests here.
+If it does: read server/link/api/websocket/ against the new sources, run tests/attacks and the hostile clients, then
+put the new versions into pyproject.toml and the new digests here.
 """
 
 import hashlib

@@ -2,7 +2,7 @@
 
 import random
 
-from server.live.video.clock_offset import ANSWERED_WITHIN_S, MAX_OPEN, ClockOffset
+from server.video.core.clock_offset import ANSWERED_WITHIN_S, MAX_OPEN, ClockOffset
 
 AHEAD_US = 7_000_000_000
 

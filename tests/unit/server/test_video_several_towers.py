@@ -7,11 +7,11 @@ import pytest
 from hub_world import HubWorld
 from video_relay_scene import MEDIUM, ONE, FakeViewer, Scene, streams_of, unit
 
-from server.live.towers.messages import MalformedPacket
-from server.live.towers.place import Place
-from server.live.towers.video_exports import BURST_BYTES, EXPIRES_AFTER_S, UNCONFIRMED_S, VideoExports
-from server.live.towers.video_imports import LATE_AFTER_S, SILENT_AFTER_S, VideoImports
-from server.live.towers.video_messages import (
+from server.towers.core.messages import MalformedPacket
+from server.towers.core.place import Place
+from server.towers.core.video_exports import BURST_BYTES, EXPIRES_AFTER_S, UNCONFIRMED_S, VideoExports
+from server.towers.core.video_imports import LATE_AFTER_S, SILENT_AFTER_S, VideoImports
+from server.towers.core.video_messages import (
     UnitsArrived,
     UnitSent,
     VideoMessage,
@@ -23,9 +23,9 @@ from server.live.towers.video_messages import (
     encode_video,
     read_video_header,
 )
-from server.live.video.drone_video import LINGER_S
-from server.live.video.viewer import VideoViewer
-from server.live.video.viewer_messages import Drawn
+from server.video.core.drone_video import LINGER_S
+from server.video.core.viewer import VideoViewer
+from server.video.core.viewer_messages import Drawn
 from wire.ids import UserId
 from wire.video import MAX_UNIT_BYTES, CameraState, Codec, Quality, VideoState
 

@@ -6,11 +6,11 @@ from hub_world import LATER, NAMES, HubWorld, record, role_of
 from hypothesis import given
 from hypothesis import strategies as st
 
-from server.domain.fleet import FleetSnapshot, SignInRecord, UserRecord
-from server.domain.people import Principal, Role, SignInId, TokenId
-from server.domain.scopes import ALL_SCOPES, Scope
-from server.live.towers.messages import Attach, Detach, attach_of
-from server.live.towers.visitors import Visitors
+from server.kernel.fleet import FleetSnapshot, SignInRecord, UserRecord
+from server.kernel.people import Principal, Role, SignInId, TokenId
+from server.kernel.scopes import ALL_SCOPES, Scope
+from server.towers.core.messages import Attach, Detach, attach_of
+from server.towers.core.visitors import Visitors
 from wire.ids import UserId
 
 ALICE, BOB, ADMIN, NOBODY = 1, 2, 9, 77

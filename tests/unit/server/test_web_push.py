@@ -6,15 +6,15 @@ import pytest
 from cryptography.hazmat.primitives.asymmetric.ec import SECP256R1, derive_private_key, generate_private_key
 from worlds.push_browser import PushBrowser, from_unpadded, unpadded, vapid_claims
 
+from server.alerts.core.severity import Severity
+from server.alerts.io.message import Message
+from server.alerts.io.push_encryption import MAX_PLAIN_BYTES, BrowserKeys, encrypt, read_base64url
+from server.alerts.io.vapid import VALID_FOR_S, Vapid
+from server.alerts.io.web_push import URGENCIES, note_of, topic_of
+from server.alerts.store.channels.browsers import read_subscription
+from server.alerts.store.channels.refusals import BadAlertChannel
 from server.app.alert_parts import push_contact
-from server.live.alerts.severity import Severity
-from server.runtime.notify.message import Message
-from server.runtime.notify.push_encryption import MAX_PLAIN_BYTES, BrowserKeys, encrypt, read_base64url
-from server.runtime.notify.vapid import VALID_FOR_S, Vapid
-from server.runtime.notify.web_push import URGENCIES, note_of, topic_of
 from server.runtime.settings import Settings
-from server.store.alert_channels.browsers import read_subscription
-from server.store.alert_channels.refusals import BadAlertChannel
 
 P256DH = "BCVxsr7N_eNgVRqvHtD0zTZsEc6-VV-JvLexhqUzORcxaOzi6-AYWXvTBHm4bjyPjs7Vd8pZGH6SRpkNtoIAiw4"
 AUTH = "BTBZMqHH6r4Tts7J_aSIgg"

@@ -8,14 +8,9 @@ import cbor2
 import pytest
 from worlds.soft_authenticator import SoftAuthenticator, b64, unb64
 
-from server.live.accounts.relying_party import RelyingParty
-from server.live.accounts.webauthn_check import (
-    check_assertion,
-    check_new,
-    creation_options,
-    request_options,
-)
-from server.live.accounts.webauthn_values import KnownCredential, NewCredential, PasskeyFault, challenge_in
+from server.accounts.core.relying_party import RelyingParty
+from server.accounts.core.webauthn_check import check_assertion, check_new, creation_options, request_options
+from server.accounts.core.webauthn_values import KnownCredential, NewCredential, PasskeyFault, challenge_in
 
 PARTY = RelyingParty("tower.example.org", "https://tower.example.org")
 HANDLE = bytes(range(32))

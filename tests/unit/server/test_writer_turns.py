@@ -6,7 +6,7 @@ import asyncio
 
 import pytest
 
-from server.store.writer_turns import WriterTurns, write_as
+from server.storage.writer_turns import WriterTurns, write_as
 
 
 class Writers:

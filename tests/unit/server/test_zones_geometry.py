@@ -6,7 +6,7 @@ from random import Random
 
 import pytest
 
-from server.live.zones.zone import BadZone, check_points, checked
+from server.airspace.core.zones.zone import BadZone, check_points, checked
 from wire.zones.area import Area, Box, outside
 from wire.zones.index import ZoneIndex
 from wire.zones.kinds import HeightAbove, ZoneKind, ZoneRule

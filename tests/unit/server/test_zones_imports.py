@@ -7,7 +7,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from server.live.zones.imports import MAX_FILE_BYTES, MAX_SHAPES, FoundShape, UnreadableFile, shapes_in
+from server.airspace.core.zones.imports import (
+    MAX_FILE_BYTES,
+    MAX_SHAPES,
+    FoundShape,
+    UnreadableFile,
+    shapes_in,
+)
 
 RING = [[8.0, 47.0], [8.01, 47.0], [8.01, 47.01], [8.0, 47.01], [8.0, 47.0]]
 POINTS = ((47.0, 8.0), (47.0, 8.01), (47.01, 8.01), (47.01, 8.0))

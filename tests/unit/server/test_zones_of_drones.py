@@ -7,15 +7,15 @@ import pytest
 from hub_world import HubWorld, record, sticks
 from test_zones_geometry import M, at, zone
 
-from server.domain.fleet import TeamRecord
-from server.domain.people import Principal
-from server.domain.relations import TeamRole
+from server.airspace.core.zones.check import plan_judge
+from server.airspace.core.zones.messages import ZonesChanged
+from server.kernel.fleet import TeamRecord
+from server.kernel.people import Principal
+from server.kernel.relations import TeamRole
 from server.live.hub_events import HubEvent, ZoneReached
-from server.live.operations.permissions import refuse_commands, refuse_plan
-from server.live.operations.refusals import ZoneForbids
-from server.live.relay.live_messages import Notice
-from server.live.zones.check import plan_judge
-from server.live.zones.messages import ZonesChanged
+from server.live.live_messages import Notice
+from server.operations.core.permissions import refuse_commands, refuse_plan
+from server.operations.core.refusals import ZoneForbids
 from wire.dialect import build, mavlink
 from wire.ids import DroneId, UserId
 from wire.plans import PlanItem, PlanKind

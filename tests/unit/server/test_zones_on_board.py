@@ -12,8 +12,8 @@ from hub_world import NOW, HubWorld, record
 from test_zones_geometry import at, spot, zone
 from test_zones_of_drones import position
 
-from server.domain.fleet import TeamRecord
-from server.live.zones.on_board import MAX_AT_ONCE, nearby
+from server.airspace.core.zones.on_board import MAX_AT_ONCE, nearby
+from server.kernel.fleet import TeamRecord
 from wire.control_messages import MAX_MESSAGE_BYTES, decode_to_agent, encode_message
 from wire.ids import DroneId
 from wire.zones.index import ZoneIndex

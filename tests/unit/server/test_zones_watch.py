@@ -3,8 +3,8 @@
 import pytest
 from test_zones_geometry import SQUARE, M, at, spot, zone
 
-from server.live.separation.motion import Motion
-from server.live.zones.watch import CLEAR, ZoneWatch
+from server.airspace.core.separation.motion import Motion
+from server.airspace.core.zones.watch import CLEAR, ZoneWatch
 from wire.zones.index import ZoneIndex
 from wire.zones.kinds import ZoneKind, ZoneRule
 from wire.zones.zone import Zone

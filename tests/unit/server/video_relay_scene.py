@@ -6,10 +6,10 @@ from typing import Any
 
 from hub_world import LATER, NAMES, FakeAgent, HubWorld
 
-from server.domain.people import Principal, Role
-from server.live.video.streams import StreamKey
-from server.live.video.viewer import VideoViewer
-from server.live.video.viewer_messages import Drawn
+from server.kernel.people import Principal, Role
+from server.video.core.streams import StreamKey
+from server.video.core.viewer import VideoViewer
+from server.video.core.viewer_messages import Drawn
 from wire.control_messages import ToAgent
 from wire.ids import DroneId, UserId
 from wire.video import (

@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from worlds.tiers import examples
 
-from server.live.alerts.status_texts import StatusText
-from server.live.alerts.text_alerts import RULES, TextAlerts
+from server.alerts.core.status_texts import StatusText
+from server.alerts.core.text_alerts import RULES, TextAlerts
 from simulator.airframe_model import AirframeModel
 from simulator.arming import FORCE_MAGIC
 from simulator.dialect import mavlink

@@ -9,7 +9,7 @@ from wire.sealed_link import SealedLink
 from wire.transport_choice import Transport, TransportChoice
 
 OFFLINE_AFTER_S = 3.0
-"""server.live.relay.agent_link.SILENT_AFTER_S, which chance losses must not reach."""
+"""server.link.core.agent_link.SILENT_AFTER_S, which chance losses must not reach."""
 WAY_S = 0.02
 
 

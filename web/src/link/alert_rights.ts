@@ -1,4 +1,4 @@
-/** Who may acknowledge an alert: the pilots of its drone, as the tower decides (server/domain/relations.py). Pure. */
+/** Who may acknowledge an alert: the pilots of its drone, as the tower decides (server/kernel/relations.py). Pure. */
 
 import type { Alert } from './alerts';
 import type { Drone, User } from './wire_types';

@@ -16,7 +16,7 @@ export interface Located {
   };
 }
 
-/** From the person, over ground; the tower's limit (server/live/operations/person.py). */
+/** From the person, over ground; the tower's limit (server/operations/core/person.py). */
 export const MIN_DISTANCE_M = 8;
 export const MAX_DISTANCE_M = 50;
 export const USUAL_AWAY_M = 15;

@@ -1,7 +1,7 @@
 /**
  * Decides when a viewer reports drawn pictures to the tower (`got`). While the stream is calm it reports only now and
  * then, which is a promise: it reports at once when a picture is late or missing. Otherwise it reports often, and the
- * tower bounds the data in flight by these reports (server/live/video/pacing.py). With many viewers of a stream, these
+ * tower bounds the data in flight by these reports (server/video/core/pacing.py). With many viewers of a stream, these
  * reports are a substantial part of their cost to the tower.
  *
  * The benchmarks' viewers do the same (bench/video/got_cadence.py).

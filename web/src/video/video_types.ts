@@ -7,7 +7,7 @@ export type CodecName = 'mpeg1' | 'h264';
 /** `auto`: H.264 if both the drone's agent and this browser support it, else MPEG-1. */
 export type CodecChoice = 'auto' | CodecName;
 
-/** The state of the drone's video, as the tower reports it (server/live/video/situation.py). */
+/** The state of the drone's video, as the tower reports it (server/video/core/situation.py). */
 export const TOWER_STATES = [
   'waiting',
   'live',

@@ -8,10 +8,10 @@ from typing import Any
 import pytest
 from drone_world import BRAKE, GUIDED, SET_MODE, DroneWorld
 
-from server.live.flight_commands import bodies
-from server.live.flight_commands.steps import order_of
-from server.live.flight_commands.vehicle import Vehicle
-from server.live.operations.onboard_state import KnownPlan
+from server.operations.core.flying import bodies
+from server.operations.core.flying.steps import order_of
+from server.operations.core.flying.vehicle import Vehicle
+from server.operations.core.onboard_state import KnownPlan
 from simulator.ardupilot import ARDUPILOT
 from simulator.flavour import Flavour
 from simulator.px4.flavour import PX4

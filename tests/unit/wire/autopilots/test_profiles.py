@@ -93,7 +93,7 @@ def test_the_simulator_has_the_same_numbers(profile: AutopilotProfile, modes: ty
         assert known.needs_position == rules.needs_position, mode
 
 
-LOG_READERS = CHECKOUT / "server" / "live" / "flight_imports"
+LOG_READERS = CHECKOUT / "server" / "flights" / "core" / "imports"
 """Each reads the log format of one autopilot, and says in the heartbeats that it writes whose it is."""
 SOURCES = ("wire", "server", "onboard_agent", "connect")
 COMPARES = re.compile(r"MAV_AUTOPILOT_(PX4|ARDUPILOTMEGA)|(COPTER|PLANE|ROVER|SUB)_MODE|px4_custom_mode|is_px4")

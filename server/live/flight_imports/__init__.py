@@ -1,1 +1,0 @@
-"""Flight files of other programs, made into telemetry logs that the replay reads."""

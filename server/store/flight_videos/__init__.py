@@ -1,1 +1,0 @@
-"""Makes and keeps videos with a burnt-in flight display for a while."""

@@ -1,1 +1,0 @@
-"""System identification of a recorded flight in a process of its own."""
