@@ -33,8 +33,7 @@ from server.app.aircraft_feed import AircraftFeed
 from server.app.alert_parts import new_alert_deliverer
 from server.app.map_parts import new_map_parts
 from server.app.new_hub import new_hub
-from server.app.openapi_tags import TAGS
-from server.app.routers import ROUTERS, included_routes
+from server.app.routers import ROUTERS, TAGS, included_routes
 from server.app.sharing import new_lock, share_bus, share_requests
 from server.app.telemetry_parts import new_tracing, trace_requests
 from server.app.tower import Tower, TowerApp
@@ -110,7 +109,7 @@ def create_app(settings: Settings, *, clock: Clock = utc_now) -> TowerApp:
         title="Control Tower",
         version=VERSION,
         description="Fly and watch drones through the internet. Live data is on the WebSocket `/api/v1/live`.",
-        openapi_tags=[dict(one) for one in TAGS],
+        openapi_tags=[{"name": name, "description": about} for name, about in TAGS.items()],
         lifespan=_lifespan,
         docs_url=None,  # the default pages load scripts from elsewhere
         redoc_url=None,

@@ -16,11 +16,11 @@ from server.http.problem_kinds import (
     INVALID,
     JSON_ONLY,
     MALFORMED_JSON,
-    PROBLEMS,
     TOO_LARGE,
     WRONG_ORIGIN,
     Kind,
 )
+from server.http.problem_table import PROBLEMS
 from server.kernel.access import (
     IN_PERSON,
     NEEDS,

@@ -1,4 +1,4 @@
-"""Maps errors to HTTP in one place: RFC 9457 problem documents. The table is in `problem_kinds.py`.
+"""Maps errors to HTTP in one place: RFC 9457 problem documents. The table is in `problem_table.py`.
 
 A response never repeats any part of a request's body, because it may be a password.
 """
@@ -26,10 +26,10 @@ from server.http.problem_kinds import (
     INVALID,
     MALFORMED_JSON,
     NOT_THE_TOWER,
-    PROBLEMS,
     TOO_LARGE,
     Kind,
 )
+from server.http.problem_table import PROBLEMS
 from server.kernel.access import BadToken
 from server.kernel.refusal import Refusal, RetryLater
 from server.storage.database import DatabaseUnavailable, LockLost

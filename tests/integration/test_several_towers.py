@@ -23,7 +23,7 @@ from server.towers.core.tower_lease import LockWatch
 from server.towers.store.membership import TowerMembership
 from server.towers.store.tables import TowerMemberRow
 from server.towers.store.tower_lock import TowerLockHeld
-from server.towers.store.tower_lock_table import TowerLockRow
+from server.towers.store.tower_lock_tables import TowerLockRow
 from wire.content import Frames
 from wire.dialect import mavlink
 from wire.ids import DroneId, Epoch

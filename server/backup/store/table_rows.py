@@ -14,7 +14,7 @@ from sqlalchemy.exc import SAWarning
 
 from server.storage.database import DatabaseSession
 from server.storage.tables import METADATA
-from server.towers.store.tower_lock_table import TowerLockRow
+from server.towers.store.tower_lock_tables import TowerLockRow
 
 ROWS_AT_ONCE: Final = 1000
 NOT_COPIED: Final = frozenset({TowerLockRow.__tablename__})

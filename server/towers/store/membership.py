@@ -36,7 +36,7 @@ from server.towers.core.tower_lease import (
 )
 from server.towers.store.tables import TowerMemberRow
 from server.towers.store.tower_lock import REACHED_WITHIN_S, TowerLockHeld, awake_or_asleep_s, state_of
-from server.towers.store.tower_lock_table import THE_ROW, TowerLockRow
+from server.towers.store.tower_lock_tables import THE_ROW, TowerLockRow
 
 RENEW_WITHIN_S: Final = 0.7
 """Two attempts and the pause between them are shorter than the lease."""

@@ -37,7 +37,7 @@ from server.towers.core.tower_lease import (
     LockState,
     LockWatch,
 )
-from server.towers.store.tower_lock_table import THE_ROW, TowerLockRow
+from server.towers.store.tower_lock_tables import THE_ROW, TowerLockRow
 
 _log = structlog.get_logger(__name__)
 QUESTION_WITHIN_S: Final = 0.7

@@ -10,7 +10,7 @@ from server.accounts.store.password_policy import BadPassword
 from server.accounts.store.users import SignInThrottled
 from server.control.core.lease import Refused
 from server.control.store.service import ControlRefused
-from server.http.problem_kinds import PROBLEMS
+from server.http.problem_table import PROBLEMS
 from server.http.problems import kind_of, refusal_problem
 from server.kernel.refusal import Refusal, RetryLater
 

@@ -1,0 +1,11 @@
+"""What the tower takes from this capability."""
+
+from typing import Final
+
+from server.http.part import Part
+from server.towers.api import share_routes, system_routes, tower_routes
+
+PART: Final = Part(
+    routers=(system_routes.router, share_routes.router, tower_routes.router),
+    tags={"system": "How the tower itself is, for admins."},
+)
