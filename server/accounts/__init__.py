@@ -1,0 +1,1 @@
+"""People: signing in and out, passwords, passkeys, second factors, tokens, preferences."""

@@ -1,4 +1,4 @@
-"""What the tower takes from this capability."""
+"""People: signing in and out, passwords, passkeys, second factors, tokens, preferences."""
 
 from typing import Final
 

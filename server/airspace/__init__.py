@@ -1,0 +1,1 @@
+"""The air around drones: zones, aircraft nearby, separation."""

@@ -12,9 +12,10 @@ from pydantic import AwareDatetime, BaseModel, ConfigDict, Field
 from server.airspace.core.zones.imports import MAX_FILE_BYTES, UnreadableFile, shapes_in
 from server.airspace.core.zones.zone import MAX_POINTS, MAX_REASON, BadZone, check_points, checked
 from server.airspace.store import zones
+from server.airspace.store.follow import ZoneFollower
 from server.airspace.store.zones import TooManyZones, UnknownZone, ZoneChangedMeanwhile
 from server.http.access import TeamEditor, Viewer
-from server.http.dependencies import AuditDep, DatabaseDep, HubDep, SideThreadDep, ZoneFollowerDep
+from server.http.dependencies import AuditDep, DatabaseDep, HubDep, SideThreadDep, provided
 from server.http.problem_docs import answers
 from server.http.strict_body import read_body
 from server.kernel.access import AdminsOnly, NotSignedIn, SessionExpired
@@ -26,6 +27,7 @@ from server.teams.store.teams import TeamManager
 from wire.zones.kinds import HeightAbove, ZoneKind, ZoneRule
 from wire.zones.zone import Zone, ZoneShape
 
+ZoneFollowerDep = Annotated[ZoneFollower, provided(ZoneFollower)]
 router = APIRouter(prefix="/api/v1/zones", tags=["zones"], responses=answers(NotSignedIn, SessionExpired))
 
 ZonePath = Annotated[int, Path(ge=1, le=2**31 - 1)]

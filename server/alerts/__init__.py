@@ -1,0 +1,1 @@
+"""Alerts: the rules, their history, and delivery by mail, web push and webhook."""

@@ -1,4 +1,4 @@
-"""What the tower takes from this capability."""
+"""Alerts: the rules, their history, and delivery by mail, web push and webhook."""
 
 from typing import Final
 

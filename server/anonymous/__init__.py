@@ -1,0 +1,1 @@
+"""Strangers: what somebody who is not signed in may cost the tower."""

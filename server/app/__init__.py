@@ -1,0 +1,1 @@
+"""Assembles the tower; the command line."""

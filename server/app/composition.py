@@ -21,7 +21,6 @@ from server.accounts.store.sealed_factors import prepare_vault
 from server.accounts.store.sessions import Sessions
 from server.accounts.store.sign_in import SignInService
 from server.accounts.store.tokens import ApiTokens
-from server.airspace.store.follow import ZoneFollower
 from server.alerts.store.channels.channels import reseal_channels
 from server.alerts.store.left_behind import LeftBehind
 from server.alerts.store.loading import load_alerts
@@ -31,9 +30,8 @@ from server.anonymous.api.request_gate import RequestGate
 from server.anonymous.core.budget import AnonymousBudget, Over
 from server.app.aircraft_feed import AircraftFeed
 from server.app.alert_parts import new_alert_deliverer
-from server.app.map_parts import new_map_parts
 from server.app.new_hub import new_hub
-from server.app.routers import ROUTERS, TAGS, included_routes
+from server.app.routers import PARTS, ROUTERS, TAGS, included_routes
 from server.app.sharing import new_lock, share_bus, share_requests
 from server.app.telemetry_parts import new_tracing, trace_requests
 from server.app.tower import Tower, TowerApp
@@ -47,8 +45,6 @@ from server.control.store.open_hold_store import load_open_holds
 from server.control.store.rehearsal import Rehearsals
 from server.control.store.service import ControlService
 from server.control.store.settings_store import load_into
-from server.control.store.stay_service import StayService
-from server.fleet.io.agent_packages import AgentPackages
 from server.fleet.store.drones import deleted_among
 from server.fleet.store.enrolment_notifier import EnrolmentNotifier
 from server.fleet.store.exchange import CredentialExchange
@@ -56,8 +52,6 @@ from server.fleet.store.loans import LoanExpiry
 from server.fleet.store.roster import Roster
 from server.fleet.store.tower_identity import TowerIdentity, check_key_is_there
 from server.flights.store.flights import new_flights
-from server.flights.store.imports.service import new_flight_imports
-from server.flights.store.videos.service import FlightVideos
 from server.http.authentication import Authenticator
 from server.http.body import BodyCheck
 from server.http.console import serve_console
@@ -69,6 +63,7 @@ from server.http.only_the_tower import OnlyTheTower
 from server.http.openapi_file import serve_openapi
 from server.http.origin import OriginCheck
 from server.http.over_tls import OverTls
+from server.http.part import Common, Services
 from server.http.prepare_routes import prepare_routes
 from server.http.problem_docs import describe_problems
 from server.http.problems import handle_problems
@@ -201,8 +196,8 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
     alert_writer = AlertWriter(database, clock, hub.state.shares)
     hub.alerts.listeners.append(alert_writer.changed)
     announcer, alert_deliverer = new_alert_deliverer(settings, hub, database, vault, clock)
-    maps = new_map_parts(settings, database)
     side_thread = SideThread("side", hub.state.shares)
+    common = Common(settings=settings, clock=clock, database=database, hub=hub, vault=vault, side_thread=side_thread)
     return Tower(
         settings=settings,
         clock=clock,
@@ -233,7 +228,6 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         loan_expiry=LoanExpiry(database, hub, roster, clock),
         loss_checks=loss_checks,
         rehearsals=rehearsals,
-        stay_service=StayService(hub=hub, database=database, clock=clock),
         event_handler=event_handler,
         several=share_bus(settings, lock, hub, leases, control, database, clock, loss_checks, event_handler, vault),
         tracing=new_tracing(settings, hub),
@@ -250,22 +244,14 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
         log_receiver=LogReceiver(flight_log_quota, lambda: file_accounts(hub)),
         recordings=recordings,
         flights=flights,
-        flight_imports=new_flight_imports(settings, clock, hub.state.shares),
-        flight_videos=FlightVideos(settings.files / "flight-videos"),
         retention=retention,
-        map_folder=maps.folder,
-        map_layers=maps.layers,
-        map_areas=maps.areas,
-        elevation_uploads=maps.elevation,
-        tile_proxy=maps.proxy,
-        terrain=maps.terrain,
-        agent_packages=AgentPackages(settings.agent_releases),
         loop_watch=LoopWatch(),
         side_thread=side_thread,
         anonymous=anonymous,
         started_at=clock(),
         shared_checks=SharedChecks(),
-        zone_follower=ZoneFollower(database, hub.zones, side_thread),
+        services=Services(one for part in PARTS for one in part.services(common)),
+        common=common,
     )
 
 
@@ -318,7 +304,9 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
         await tower.loss_checks.load()
         await tower.roster.refresh()
         await load_into(tower.hub, tower.database)
-        await tower.zone_follower.refresh()
+        for part in PARTS:
+            if part.running is not None:
+                await stack.enter_async_context(part.running(tower.common, tower.services))
         if several is None:
             await load_open_holds(tower.hub, tower.database)
             await load_alerts(tower.hub, tower.announcer, tower.database, tower.clock)
@@ -327,9 +315,6 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
         await stack.enter_async_context(tower.recordings.working(deleted))
         await stack.enter_async_context(tower.flights.working(deleted))
         tower.hub.alerts.tower = tower.flights.files.id if several is not None else ""
-        await tower.flight_imports.sweep(tower.database)
-        await tower.flight_videos.sweep()
-        stack.push_async_callback(tower.flight_videos.close)
         for drone_id in sorted(tower.hub.state.drones):
             tower.loss_checks.recheck(drone_id)
         await stack.enter_async_context(in_background("roster", tower.roster.follow))
@@ -339,7 +324,6 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
         if settings.traffic_feed:
             feed = AircraftFeed(settings.traffic_feed, tower.hub.aircraft)
             await stack.enter_async_context(in_background("aircraft feed", feed.follow))
-        await stack.enter_async_context(in_background("zones", tower.zone_follower.follow))
         await stack.enter_async_context(in_background("alerts", tower.alert_writer.work))
         stack.callback(tower.alert_deliverer.close)
         await stack.enter_async_context(in_background("alert channels", tower.alert_deliverer.work))
@@ -347,10 +331,6 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
         stack.push_async_callback(tower.api_tokens.write_uses)
         await stack.enter_async_context(in_background("token uses", tower.api_tokens.keep_writing_uses))
         await stack.enter_async_context(in_background("retention", tower.retention.work))
-        stack.callback(tower.tile_proxy.close)
-        stack.callback(tower.terrain.close)
-        stack.push_async_callback(tower.elevation_uploads.close)
-        await stack.enter_async_context(in_background("offline maps", tower.map_areas.run))
         await stack.enter_async_context(in_background("loop watch", tower.loop_watch.watch))
         tower_watch = TowerWatch(settings, tower.hub.alerts, tower.loop_watch)
         await stack.enter_async_context(in_background("tower watch", tower_watch.work))

@@ -13,6 +13,7 @@ from server.alerts.core.announcer import Announcer
 from server.audit.store.sealer import AuditSealer
 from server.fleet.store.loans import LoanExpiry
 from server.http.dependencies import Parts
+from server.http.part import Common
 from server.operations.store import OperationAuditWriter
 
 if TYPE_CHECKING:
@@ -26,6 +27,7 @@ class Tower(Parts):
     audit_writer: OperationAuditWriter
     audit_sealer: AuditSealer
     announcer: Announcer
+    common: Common
     several: SeveralTowers | None = None
     """None without a bus."""
     tracing: Tracing | None = None

@@ -1,4 +1,4 @@
-"""What the tower takes from this capability."""
+"""The audit trail: who did what, in a chain that shows changes."""
 
 from typing import Final
 

@@ -1,0 +1,1 @@
+"""Who flies: leases, what a frame may do, holds, loss checks, safety settings."""

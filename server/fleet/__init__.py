@@ -1,0 +1,1 @@
+"""Drones: the squad, enrolment, loans, updates of their agents."""

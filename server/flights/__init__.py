@@ -1,0 +1,1 @@
+"""Recorded flights: recorder, replay, statistics, imports, display videos."""

@@ -1,9 +1,31 @@
-"""What the tower takes from this capability."""
+"""Recorded flights: recorder, replay, statistics, imports, display videos."""
 
+from collections.abc import AsyncIterator, Iterable
+from contextlib import asynccontextmanager
 from typing import Final
 
 from server.flights.api import display_video_routes, import_routes, link_places_routes, routes, statistics_routes
-from server.http.part import Part
+from server.flights.store.imports.service import FlightImports, new_flight_imports
+from server.flights.store.videos.service import FlightVideos
+from server.http.part import Common, Part, Services
+
+
+def _services(common: Common) -> Iterable[object]:
+    settings = common.settings
+    imports = new_flight_imports(settings, common.clock, common.hub.state.shares)
+    return imports, FlightVideos(settings.files / "flight-videos")
+
+
+@asynccontextmanager
+async def _running(common: Common, services: Services) -> AsyncIterator[None]:
+    await services.of(FlightImports).sweep(common.database)
+    videos = services.of(FlightVideos)
+    await videos.sweep()
+    try:
+        yield
+    finally:
+        await videos.close()
+
 
 PART: Final = Part(
     routers=(
@@ -14,4 +36,6 @@ PART: Final = Part(
         link_places_routes.router,
     ),
     tags={"flights": "Flights that the tower recorded."},
+    services=_services,
+    running=_running,
 )

@@ -1,0 +1,1 @@
+"""What every route uses: sign-in, access, problem documents, middleware."""

@@ -23,7 +23,6 @@ from server.accounts.store.passwords import Passwords
 from server.accounts.store.sessions import Sessions
 from server.accounts.store.sign_in import SignInService
 from server.accounts.store.tokens import ApiTokens
-from server.airspace.store.follow import ZoneFollower
 from server.alerts.core.announcer import Announcer
 from server.alerts.store.channels.deliverer import AlertDeliverer
 from server.alerts.store.writer import AlertWriter
@@ -34,14 +33,11 @@ from server.control.store.hub_event_handler import HubEventHandler
 from server.control.store.loss_checks import LossChecks
 from server.control.store.rehearsal import Rehearsals
 from server.control.store.service import ControlService
-from server.control.store.stay_service import StayService
-from server.fleet.io.agent_packages import AgentPackages
 from server.fleet.store.enrolment_notifier import EnrolmentNotifier
 from server.fleet.store.roster import Roster
 from server.flights.store.flights import Flights
-from server.flights.store.imports.service import FlightImports
-from server.flights.store.videos.service import FlightVideos
 from server.http.authentication import Authenticator
+from server.http.part import Services
 from server.http.peer_address import address_of
 from server.kernel.clock import Clock
 from server.link.api.agent_sign_in import SignInRules
@@ -49,12 +45,6 @@ from server.link.api.data_endpoint import DataEndpoint
 from server.live.hub import Hub
 from server.logs.store.quota import FlightLogQuota
 from server.logs.store.receiving import LogReceiver
-from server.maps.io.elevation.uploads import ElevationUploads
-from server.maps.io.map_files import MapFolder
-from server.maps.io.terrain import Terrain
-from server.maps.io.tile_proxy import TileProxy
-from server.maps.store.areas import MapAreas
-from server.maps.store.layers import MapLayers
 from server.runtime.aligned_timers import SharedChecks
 from server.runtime.loop_watch import LoopWatch
 from server.runtime.settings import Settings
@@ -93,28 +83,19 @@ class Parts:
     event_handler: HubEventHandler
     loss_checks: LossChecks
     rehearsals: Rehearsals
-    stay_service: StayService
     enrolment_notifier: EnrolmentNotifier
     sign_in_rules: SignInRules
     flight_log_quota: FlightLogQuota
     log_receiver: LogReceiver
     recordings: Recordings
     flights: Flights
-    flight_imports: FlightImports
-    flight_videos: FlightVideos
     retention: Retention
-    agent_packages: AgentPackages
-    map_folder: MapFolder
-    map_layers: MapLayers
-    map_areas: MapAreas
-    elevation_uploads: ElevationUploads
-    tile_proxy: TileProxy
-    terrain: Terrain
     loop_watch: LoopWatch
     side_thread: SideThread
     anonymous: AnonymousBudget
     shared_checks: SharedChecks
-    zone_follower: ZoneFollower
+    services: Services
+    """Those of the parts of the capabilities (`part.py`)."""
 
 
 def provide(app: FastAPI, parts: Parts, metrics_registry: CollectorRegistry) -> None:
@@ -166,6 +147,11 @@ def _part(choose: Callable[[Parts], object]) -> Any:
     return Depends(provider)
 
 
+def provided(kind: type[object]) -> Any:
+    """The service of this type that the part of a capability makes: `Annotated[Notes, provided(Notes)]`."""
+    return _part(lambda parts: parts.services.of(kind))
+
+
 SettingsDep = Annotated[Settings, _part(lambda parts: parts.settings)]
 ClockDep = Annotated[Clock, _part(lambda parts: parts.clock)]
 StartedAtDep = Annotated[datetime, _part(lambda parts: parts.started_at)]
@@ -188,27 +174,16 @@ ControlDep = Annotated[ControlService, _part(lambda parts: parts.control)]
 EventHandlerDep = Annotated[HubEventHandler, _part(lambda parts: parts.event_handler)]
 LossChecksDep = Annotated[LossChecks, _part(lambda parts: parts.loss_checks)]
 RehearsalsDep = Annotated[Rehearsals, _part(lambda parts: parts.rehearsals)]
-StayServiceDep = Annotated[StayService, _part(lambda parts: parts.stay_service)]
 EnrolmentNotifierDep = Annotated[EnrolmentNotifier, _part(lambda parts: parts.enrolment_notifier)]
 SignInRulesDep = Annotated[SignInRules, _part(lambda parts: parts.sign_in_rules)]
 FlightLogQuotaDep = Annotated[FlightLogQuota, _part(lambda parts: parts.flight_log_quota)]
 LogReceiverDep = Annotated[LogReceiver, _part(lambda parts: parts.log_receiver)]
 RecordingsDep = Annotated[Recordings, _part(lambda parts: parts.recordings)]
 FlightsDep = Annotated[Flights, _part(lambda parts: parts.flights)]
-FlightImportsDep = Annotated[FlightImports, _part(lambda parts: parts.flight_imports)]
-FlightVideosDep = Annotated[FlightVideos, _part(lambda parts: parts.flight_videos)]
-MapLayersDep = Annotated[MapLayers, _part(lambda parts: parts.map_layers)]
-MapAreasDep = Annotated[MapAreas, _part(lambda parts: parts.map_areas)]
-ElevationUploadsDep = Annotated[ElevationUploads, _part(lambda parts: parts.elevation_uploads)]
-TileProxyDep = Annotated[TileProxy, _part(lambda parts: parts.tile_proxy)]
-TerrainDep = Annotated[Terrain, _part(lambda parts: parts.terrain)]
-AgentPackagesDep = Annotated[AgentPackages, _part(lambda parts: parts.agent_packages)]
-MapFolderDep = Annotated[MapFolder, _part(lambda parts: parts.map_folder)]
 LoopWatchDep = Annotated[LoopWatch, _part(lambda parts: parts.loop_watch)]
 SideThreadDep = Annotated[SideThread, _part(lambda parts: parts.side_thread)]
 AnonymousBudgetDep = Annotated[AnonymousBudget, _part(lambda parts: parts.anonymous)]
 SharedChecksDep = Annotated[SharedChecks, _part(lambda parts: parts.shared_checks)]
-ZoneFollowerDep = Annotated[ZoneFollower, _part(lambda parts: parts.zone_follower)]
 
 
 async def _metrics_registry(connection: HTTPConnection) -> CollectorRegistry:

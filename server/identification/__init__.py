@@ -1,0 +1,1 @@
+"""System identification: a model of a drone from its recorded flight."""

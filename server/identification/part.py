@@ -1,4 +1,4 @@
-"""What the tower takes from this capability."""
+"""System identification: a model of a drone from its recorded flight."""
 
 from typing import Final
 

@@ -1,1 +1,1 @@
-"""Plain values and rules: people, fleet, leases, access, refusals. Imports nothing of `server`, and no library."""
+"""Plain values and rules: people, access, relations, refusals. Imports nothing else of `server`, and no library."""

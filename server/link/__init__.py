@@ -1,0 +1,1 @@
+"""The links: agents, browsers, the UDP endpoint, and the way of a frame between them."""

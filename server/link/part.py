@@ -1,4 +1,4 @@
-"""What the tower takes from this capability."""
+"""The links: agents, browsers, the UDP endpoint, and the way of a frame between them."""
 
 from typing import Final
 

@@ -1,0 +1,1 @@
+"""What lives while drones fly: the hub, its drones and browsers, and the messages of the live channel."""

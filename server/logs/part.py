@@ -1,4 +1,4 @@
-"""What the tower takes from this capability."""
+"""Logs of autopilots, fetched from drones."""
 
 from typing import Final
 

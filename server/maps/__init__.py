@@ -1,0 +1,1 @@
+"""Maps and the height of the ground."""

@@ -1,4 +1,4 @@
-"""What the refusals of this capability are in HTTP."""
+"""What the refusals of maps are in HTTP."""
 
 from typing import Final
 

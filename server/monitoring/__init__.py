@@ -1,0 +1,1 @@
+"""What the tower counts and traces: Prometheus, OpenTelemetry."""

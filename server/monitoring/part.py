@@ -1,4 +1,4 @@
-"""What the tower takes from this capability."""
+"""What the tower counts and traces: Prometheus, OpenTelemetry."""
 
 from typing import Final
 

@@ -1,4 +1,4 @@
-"""What the tower takes from this capability."""
+"""Operations: commands carried out at a drone, each with an answer and a row in the audit trail."""
 
 from typing import Final
 

@@ -1,4 +1,4 @@
-"""What the tower takes from this capability."""
+"""Parameters of autopilots."""
 
 from typing import Final
 

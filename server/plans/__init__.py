@@ -1,0 +1,1 @@
+"""Plans on board of a drone, and the library of missions."""

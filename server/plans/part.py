@@ -1,4 +1,4 @@
-"""What the tower takes from this capability."""
+"""Plans on board of a drone, and the library of missions."""
 
 from typing import Final
 

@@ -1,0 +1,1 @@
+"""Whether a drone may fly: checklist before flight, maintenance."""

@@ -1,4 +1,4 @@
-"""What the tower takes from this capability."""
+"""Whether a drone may fly: checklist before flight, maintenance."""
 
 from typing import Final
 

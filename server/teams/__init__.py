@@ -1,0 +1,1 @@
+"""Teams: people and drones that belong together."""

@@ -1,4 +1,4 @@
-"""What the tower takes from this capability."""
+"""Teams: people and drones that belong together."""
 
 from typing import Final
 

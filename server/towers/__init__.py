@@ -1,0 +1,1 @@
+"""Towers: this one, several that share drones, the bus between them."""

@@ -1,4 +1,4 @@
-"""What the tower takes from this capability."""
+"""Towers: this one, several that share drones, the bus between them."""
 
 from typing import Final
 

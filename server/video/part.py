@@ -1,4 +1,4 @@
-"""What the tower takes from this capability."""
+"""Live video and its recordings."""
 
 from typing import Final
 

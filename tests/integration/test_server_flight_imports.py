@@ -13,6 +13,7 @@ from worlds.foreign_logs import BEGAN_S, dataflash_log, ulog_log
 
 from server.flights.core.imports.converted import Converted
 from server.flights.store.imports.converting import run_converter
+from server.flights.store.imports.service import FlightImports
 from server.kernel.people import Role
 from server.kernel.shares import ShareName
 
@@ -110,7 +111,7 @@ async def test_each_person_has_room_of_their_own(world: TowerWorld) -> None:
     bob = await world.signed_in(await world.add_user("bob"))
     assert (await sent(bob, ulog_log(5))).status_code == 201
     shares.apply({})
-    world.tower.flight_imports._budget_bytes = 20_000
+    world.tower.services.of(FlightImports)._budget_bytes = 20_000
     answer = await sent(alice, telemetry_log(BEGAN_S, 20.0, 10))
     assert_problem(answer, 409, "imports-full")
     assert len(left_behind(world)) == 4
@@ -125,7 +126,7 @@ async def test_one_person_imports_one_file_at_a_time(world: TowerWorld) -> None:
         await go_on.wait()
         return await run_converter(source, target, uploaded_us)
 
-    world.tower.flight_imports._convert = slowly
+    world.tower.services.of(FlightImports)._convert = slowly
     first = asyncio.create_task(sent(alice, dataflash_log(5)))
     await begun.wait()
     second = await sent(alice, dataflash_log(5))
@@ -142,7 +143,7 @@ async def test_the_start_removes_what_never_became_whole_and_what_deleted_people
     (root / f"user-{user.id}" / "x.upload.part").write_bytes(b"half")
     (root / "user-99999").mkdir()
     (root / "user-99999" / "x.tlog").write_bytes(b"of somebody who was deleted")
-    await world.tower.flight_imports.sweep(world.database)
+    await world.tower.services.of(FlightImports).sweep(world.database)
     assert [path.name for path in root.iterdir()] == [f"user-{user.id}"]
     assert left_behind(world) == [".json", ".tlog"]
     assert (await alice.get(PATH)).json()[0]["id"] == flight["id"]

@@ -11,6 +11,7 @@ from flying_scene import Scene
 from tower_world import start_tower
 
 from server.airspace.store import zones
+from server.airspace.store.follow import ZoneFollower
 from server.kernel.people import Role
 
 AREA = [[47.002, 7.999], [47.003, 7.999], [47.003, 8.001], [47.002, 8.001]]
@@ -78,7 +79,7 @@ async def test_a_team_draws_its_own_zones_and_others_do_not_know_them(scene: Sce
     world.tower.hub.zones.tick(1e9)
     assert world.tower.hub.state.drones[scene.drone.id].zones
     assert (await holder.delete(f"/api/v1/teams/{team['id']}")).status_code == 204
-    await world.tower.zone_follower.refresh()
+    await world.tower.services.of(ZoneFollower).refresh()
     assert (await scene.admin.get("/api/v1/zones")).json() == []
 
 

@@ -12,22 +12,17 @@ from pydantic import BaseModel, Field
 
 from server.control.core.lease import Event, Refused
 from server.control.store.service import ControlRefused, ControlService
+from server.control.store.stay_service import StayService
 from server.control.store.undecided import DECIDED_WITHIN_S
 from server.fleet.core.views import DroneView
 from server.http.access import Commander, Pilot
-from server.http.dependencies import (
-    AddressDep,
-    AuthenticatorDep,
-    ClockDep,
-    ControlDep,
-    HubDep,
-    StayServiceDep,
-)
+from server.http.dependencies import AddressDep, AuthenticatorDep, ClockDep, ControlDep, HubDep, provided
 from server.http.problem_docs import answers
 from server.kernel.access import AccessRequest, Action, UnknownDrone, judge
 from server.kernel.people import Principal
 from wire.ids import DroneId
 
+StayServiceDep = Annotated[StayService, provided(StayService)]
 router = APIRouter(
     prefix="/api/v1/drones/{drone_id}/control", tags=["control"], responses=answers(UnknownDrone, ControlRefused)
 )

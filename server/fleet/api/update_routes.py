@@ -11,8 +11,9 @@ from fastapi.responses import FileResponse
 from pydantic import BaseModel, ConfigDict, Field
 
 from server.fleet.core.update_refusals import FlownByAnother, UnknownRelease
+from server.fleet.io.agent_packages import AgentPackages
 from server.http.access import Admin
-from server.http.dependencies import AddressDep, AgentPackagesDep, ClockDep, HubDep, SignInRulesDep
+from server.http.dependencies import AddressDep, ClockDep, HubDep, SignInRulesDep, provided
 from server.http.private_path import NotPrivate
 from server.http.problem_docs import answers
 from server.kernel.access import AdminsOnly, UnknownDrone
@@ -25,6 +26,7 @@ from server.operations.core.refusals import AgentTooOld, DroneBusy, DroneOffline
 from server.operations.core.views import OperationView
 from wire.agent_update import AGENT_UPDATE, AgentUpdateWork
 
+AgentPackagesDep = Annotated[AgentPackages, provided(AgentPackages)]
 router = APIRouter(prefix="/api/v1", tags=["drones"])
 
 WITHIN_S: Final = 300.0

@@ -14,9 +14,9 @@ from server.flights.core.videos.views import DisplayVideoView
 from server.flights.store import catalogue
 from server.flights.store.files import INDEX, TLOG
 from server.flights.store.tables import FlightRow
-from server.flights.store.videos.service import Sources
+from server.flights.store.videos.service import FlightVideos, Sources
 from server.http.access import Viewer
-from server.http.dependencies import DatabaseDep, FlightsDep, FlightVideosDep, HubDep, RecordingsDep
+from server.http.dependencies import DatabaseDep, FlightsDep, HubDep, RecordingsDep, provided
 from server.http.problem_docs import answers
 from server.kernel.access import NotSignedIn, SessionExpired
 from server.kernel.people import Principal
@@ -30,6 +30,7 @@ from server.video.store.service import NOT_HERE
 from server.video.store.store import MP4
 from server.video.store.tables import RecordingRow
 
+FlightVideosDep = Annotated[FlightVideos, provided(FlightVideos)]
 router = APIRouter(
     prefix="/api/v1/flights/{flight_id}/video/{recording_id}/display",
     tags=["flights"],

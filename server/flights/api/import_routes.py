@@ -14,12 +14,13 @@ from server.flights.core.imports.refusals import BadFlightFile, ImportsFull, Unk
 from server.flights.core.imports.views import ImportedFlightView
 from server.flights.store.imports.service import FlightImports
 from server.http.access import Pilot, Viewer
-from server.http.dependencies import AuditDep, DatabaseDep, FlightImportsDep
+from server.http.dependencies import AuditDep, DatabaseDep, provided
 from server.http.problem_docs import answers
 from server.kernel.access import Action, reaches, reaches_all
 from server.kernel.people import Principal, UserRef
 from wire.ids import UserId
 
+FlightImportsDep = Annotated[FlightImports, provided(FlightImports)]
 router = APIRouter(prefix="/api/v1/flight-imports", tags=["flights"])
 
 MEDIA_TYPE: Final = "application/octet-stream"

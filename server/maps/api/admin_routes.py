@@ -13,19 +13,11 @@ from pydantic import BaseModel, Field
 from starlette.requests import ClientDisconnect
 
 from server.http.access import Admin
-from server.http.dependencies import (
-    AuditDep,
-    DatabaseDep,
-    ElevationUploadsDep,
-    MapAreasDep,
-    MapFolderDep,
-    MapLayersDep,
-    SettingsDep,
-    TileProxyDep,
-)
+from server.http.dependencies import AuditDep, DatabaseDep, SettingsDep
 from server.http.problem_docs import answers
 from server.kernel.access import AdminsOnly, NotSignedIn, SessionExpired
 from server.kernel.names import BadName
+from server.maps.api.dependencies import ElevationUploadsDep, MapAreasDep, MapFolderDep, MapLayersDep, TileProxyDep
 from server.maps.core import (
     PRESETS,
     BadMapFile,

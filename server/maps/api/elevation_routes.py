@@ -7,10 +7,11 @@ from typing import Annotated, Any, Final
 from fastapi import APIRouter, Query, Request
 
 from server.http.access import Admin
-from server.http.dependencies import AuditDep, DatabaseDep, ElevationUploadsDep
+from server.http.dependencies import AuditDep, DatabaseDep
 from server.http.problem_docs import answers
 from server.kernel.access import AdminsOnly, NotSignedIn, SessionExpired
 from server.maps.api.admin_routes import FilePath, pieces_of
+from server.maps.api.dependencies import ElevationUploadsDep
 from server.maps.core import BadMapFile
 from server.maps.io.elevation.converted import Converted
 from server.maps.io.map_files import MAX_TEXT

@@ -14,9 +14,10 @@ from fastapi.responses import FileResponse, Response
 from pydantic import BaseModel, Field
 
 from server.http.access import Viewer
-from server.http.dependencies import MapFolderDep, MapLayersDep, SettingsDep, TerrainDep
+from server.http.dependencies import SettingsDep
 from server.http.problem_docs import answers
 from server.kernel.access import BadToken, NotSignedIn, ScopeMissing, SessionExpired
+from server.maps.api.dependencies import MapFolderDep, MapLayersDep, TerrainDep
 from server.maps.api.tile_routes import CONFIGURED as CONFIGURED_LAYER
 from server.maps.core import MapTileUnavailable
 from server.maps.io.map_files import MapFile, MapRole

@@ -9,9 +9,10 @@ from fastapi import APIRouter, Path
 from fastapi.responses import Response
 
 from server.http.access import Viewer
-from server.http.dependencies import MapLayersDep, SettingsDep, TileProxyDep
+from server.http.dependencies import SettingsDep
 from server.http.problem_docs import answers
 from server.kernel.access import BadToken, NotSignedIn, ScopeMissing, SessionExpired
+from server.maps.api.dependencies import MapLayersDep, TileProxyDep
 from server.maps.core import MapTileUnavailable, UnknownMapLayer
 from server.maps.io.tile_proxy import TileLayer
 from server.maps.io.tile_source import TileAddresses

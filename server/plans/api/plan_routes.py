@@ -11,20 +11,13 @@ from fastapi import APIRouter, Path, Query, Request, Response
 from starlette.convertors import Convertor, register_url_convertor
 
 from server.http.access import Pilot, Viewer
-from server.http.dependencies import (
-    AddressDep,
-    AuthenticatorDep,
-    ClockDep,
-    HubDep,
-    SettingsDep,
-    SideThreadDep,
-    TerrainDep,
-)
+from server.http.dependencies import AddressDep, AuthenticatorDep, ClockDep, HubDep, SettingsDep, SideThreadDep
 from server.http.problem_docs import answers
 from server.http.strict_body import read_body
 from server.kernel.access import Action, UnknownDrone
 from server.live.hub import Hub
 from server.live.live_drone import LiveDrone
+from server.maps.api.dependencies import TerrainDep
 from server.operations.api.operation_requests import (
     ACCEPTED,
     Prefer,

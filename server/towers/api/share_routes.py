@@ -15,6 +15,7 @@ from server.alerts.store.channels.outbox import waiting_by_drone
 from server.alerts.store.writer import AlertWriter
 from server.fleet.store.share_limits import change_limit, chosen_limits
 from server.fleet.store.tables import ShareLimitRow
+from server.flights.api.import_routes import FlightImportsDep
 from server.flights.store.imports.service import FlightImports
 from server.http.access import Admin
 from server.http.dependencies import (
@@ -22,7 +23,6 @@ from server.http.dependencies import (
     AnnouncerDep,
     AuditDep,
     DatabaseDep,
-    FlightImportsDep,
     HubDep,
     RosterDep,
     SideThreadDep,
