@@ -55,7 +55,8 @@ def calls_of(act: Callable[[], object]) -> Counter[str]:
     return found
 
 
-async def _cases() -> dict[str, Counter[str]]:
+async def cases() -> dict[str, Counter[str]]:
+    """Returns for each case the functions called, and how often. Call it inside a running event loop."""
     chance = random.Random(44)
     found = {}
     agent = AgentCore(chance)
@@ -78,7 +79,7 @@ async def _cases() -> dict[str, Counter[str]]:
 
 async def run(report: Report, args: argparse.Namespace) -> None:
     """Counts the calls of a stick and of an attitude, at the agent and at the tower."""
-    for case, calls in (await _cases()).items():
+    for case, calls in (await cases()).items():
         report.add(case, "calls", sum(calls.values()), "count")
         report.add(case, "files", len({name.partition(":")[0] for name in calls}), "count")
         if any(wanted in case for wanted in args.case or ()):

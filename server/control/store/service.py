@@ -41,6 +41,25 @@ EVENT_NAMES: Final = {
 """The past-tense names of events for clients (docs/wire-protocol.md, 1.2)."""
 
 
+def _why_it_holds(event: Event, name: str) -> str:
+    """A whole sentence for each event: other languages have other words for each."""
+    match event:
+        case Event.TAKE:
+            return f"controls taken by {name}"
+        case Event.GIVE:
+            return f"controls given by {name}"
+        case Event.ACCEPT:
+            return f"controls accepted by {name}"
+        case Event.ACQUIRE:
+            return f"controls acquired by {name}"
+        case Event.RELEASE:
+            return f"controls released by {name}"
+        case Event.ASSIST | Event.ASSIST_END | Event.TURN:
+            return f"help by {name} began or ended"
+        case _:
+            return f"controls changed by {name}"
+
+
 class ControlRefused(Refusal):
     """The table refused the event. `code` is stable and for programs."""
 
@@ -180,7 +199,7 @@ class ControlService:
         orders = outcome.changed.orders
         if Order.HOLD in orders or (Order.HOLD_IF_FLOWN_BY_HAND in orders and by_hand):
             name = by.name if by else "the tower"
-            reason = ask.reason or f"controls {event} by {name}"
+            reason = ask.reason or _why_it_holds(ask.event, name)
             self._hub.holds.order(ask.drone_id, reason, interrupts=ask.interrupts and ask.event is Event.TAKE)
         return outcome
 

@@ -53,7 +53,7 @@ describe('commands', () => {
   it('that the tower refuses are over, with its words', async () => {
     answers[COMMANDS] = [409, { title: 'No', detail: 'boss has the controls of Heron.' }];
     const result = await vehicle(1).command('Arm', { command: 'arm' });
-    expect(result).toEqual({ kind: 'reported', isDone: false, words: 'boss has the controls of Heron.' });
+    expect(result).toEqual({ kind: 'reported', isDone: false, problem: '', words: 'boss has the controls of Heron.' });
   });
 
   it('end where the tower cannot be told what it must know first', async () => {

@@ -94,8 +94,8 @@ export class MissionActions {
 
   async returnHome(): Promise<CommandReport | null> {
     const text = t('{name} leaves its mission, flies back to its home and lands there.', { name: this.#name });
-    if (!(await ask({ title: t('Return {name}?', { name: this.#name }), text, confirmLabel: t('Return') })))
-      return null;
+    const question = { title: t('Return {name}?', { name: this.#name }), text, confirmLabel: t('Return') };
+    if (!(await ask({ ...question, heldS: LEAVES_OR_ENDS_S }))) return null;
     return this.#perform(t('Return'), { command: 'rtl' });
   }
 
