@@ -145,7 +145,7 @@ def test_views_are_saved_for_the_user(come: Somebody, axe: Axe) -> None:
     there.part("views-menu").click()
     with there.page.expect_response(lambda one: one.url.endswith("/preferences/monitor-views")):
         there.part("view-remove").click()
-    expect(there.part("views-menu")).to_contain_text("Views")
+    expect(there.part("views-menu")).to_have_accessible_name("Views")
 
 
 def test_twelve_drones_need_no_scrolling(come: Somebody, axe: Axe) -> None:

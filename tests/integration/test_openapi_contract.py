@@ -48,6 +48,7 @@ from server.audit.store.trail import COMMAND_LINE
 from server.http.authentication import COOKIE
 from server.kernel.people import Role
 from server.kernel.scopes import Scope
+from server.kernel.shares import Shares
 from server.teams.store.teams import COMMAND_LINE as TEAMS_OF_COMMAND_LINE
 from wire.zones.kinds import ZoneKind, ZoneRule
 from wire.zones.zone import Zone, ZoneShape
@@ -226,6 +227,7 @@ async def set_the_scene(world: TowerWorld, number: int, password_hash: str) -> S
             Zone(id=0, name=f"zone {number}", kind=ZoneKind.NO_FLY, rule=ZoneRule.WARN, shape=place),
             manager=TEAMS_OF_COMMAND_LINE,
             action=AuditAction(by=COMMAND_LINE, at=now),
+            shares=Shares(),
         )
         hook = ChannelWish("webhook", "https://localhost/", Severity.WARNING, "all")
         channel, _ = await add_channel(

@@ -86,9 +86,13 @@ def misspelt(place: Place) -> None:
 
 
 def damaged(place: Place) -> None:
-    content = bytearray(place.database.read_bytes())
-    content[len(content) // 2 : len(content) // 2 + 2000] = os.urandom(2000)
-    place.database.write_bytes(content)
+    """The first page of a table: elsewhere the bytes may be ones that nothing uses."""
+    with closing(sqlite3.connect(place.database)) as connection:
+        (page_bytes,) = connection.execute("PRAGMA page_size").fetchone()
+        (page,) = connection.execute("SELECT rootpage FROM sqlite_master WHERE name = 'users'").fetchone()
+    with place.database.open("r+b") as file:
+        file.seek((page - 1) * page_bytes)
+        file.write(os.urandom(2000))
 
 
 def no_database(place: Place) -> None:
