@@ -6,7 +6,7 @@ const MIN_LENGTH = 12;
 const MAX_LENGTH = 256;
 
 export const PASSWORD_RULE = t(
-  '{minLength} to {maxLength} characters of any kind, and not easy to guess. Length counts more than signs: four words are good.',
+  '{minLength} to {maxLength} characters of any kind, and not easy to guess. Length matters more than symbols: four words are good.',
   { minLength: MIN_LENGTH, maxLength: MAX_LENGTH },
 );
 
