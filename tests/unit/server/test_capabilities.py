@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 from typing import Final
 
@@ -103,6 +104,12 @@ def test_every_folder_of_the_server_is_a_capability_or_common() -> None:
     folders = {path.parent.name for path in Path(server.__file__).parent.glob("*/__init__.py")}
     assert {f"server.{name}" for name in folders - COMMON} == set(capabilities())
     assert folders >= COMMON
+
+
+def test_the_order_of_the_layers_holds_in_every_capability() -> None:
+    contracts = tomllib.loads((CHECKOUT / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"]
+    (layers,) = [one for one in contracts if "(core)" in one.get("layers", ())]
+    assert layers["containers"] == list(capabilities())
 
 
 def test_a_service_that_nothing_makes_is_an_error() -> None:
