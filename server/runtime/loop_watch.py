@@ -89,9 +89,13 @@ class LoopWatch:
             stack: list[str] = []
             where = ""
             if not answered.wait(HELD_S):
-                stack = list(_ours(sys._current_frames().get(thread_id)))
-                where = _place(stack)
-                while not answered.wait(ASK_EVERY_S):
+                while True:
+                    # On a busy machine the work may not have begun when the loop is looked at first.
+                    if where in ("", NOT_OURS):
+                        stack = list(_ours(sys._current_frames().get(thread_id)))
+                        where = _place(stack)
+                    if answered.wait(ASK_EVERY_S):
+                        break
                     if self._stopping.is_set():
                         return
             answered.clear()

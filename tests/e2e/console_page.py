@@ -192,8 +192,12 @@ class ConsolePage:
         expect(dialog).to_have_count(0)
 
     def ends_flight(self, end: str) -> None:
-        """Holds "return" or "land" in the flight bar for as long as it wants."""
-        button = self.part(f"bar-{end}")
+        """Holds "return" or "land" in the flight bar."""
+        self.hold(f"bar-{end}")
+
+    def hold(self, name: str) -> None:
+        """Holds a button for as long as it wants."""
+        button = self.part(name)
         button.hover()
         button.evaluate(WATCH_HELD, FLIGHT_TIMEOUT_S * 1000)
         self.page.mouse.down()

@@ -407,7 +407,7 @@ def test_the_commonest_deeds_counted_in_clicks(come: Somebody, field: tuple[Worl
     alice.wait("a position", lambda: alice.word("gps") != "" and alice.number("latitude") > 40)
     alice.read_loss_check("Merlin")
     with clicks(alice, "arm and take off", 1):  # held for a second
-        alice.part("action-takeoff").click(delay=1100)
+        alice.hold_take_off("Merlin")
         alice.wait("the take-off", lambda: alice.number("altitude") > 9)
     with clicks(alice, "go to a place", 2):
         alice.go_here(0.6, 0.6)

@@ -107,4 +107,4 @@ def test_an_emergency_take_stops_a_return(somebody: Somebody) -> None:
     admin.confirm("Kestrel")
     expect(admin.part("hold-strip")).to_have_attribute("data-phase", "confirmed")
     expect(admin.part("hold-banner")).to_contain_text("nobody flies it")
-    assert admin.word("mode") != "RTL"
+    admin.wait("a hold in place of the return", lambda: admin.word("mode") not in ("RTL", ""))

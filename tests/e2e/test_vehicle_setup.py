@@ -81,7 +81,7 @@ def test_a_vehicle_is_set_up_on_the_ground_and_signed_for(somebody: Somebody, wo
     alice.part("propellers-off").fill("Kestrel")
     alice.part("motor-2").click()
     expect(alice.part("motor-2-hint")).to_have_text("Hold for 1 second.")
-    alice.part("motor-2").click(delay=1100)
+    alice.hold("motor-2")
     expect(alice.part("action-report")).to_contain_text("turning motor 2 at 5 % for 1 s")
 
     page.evaluate("window.location.hash = '#/drone/1/setup/failsafes'")
