@@ -9,6 +9,8 @@ Rules, each tested:
   counts.
 - COMMAND_ACK does not name its mode, so responses are matched with requests in order. If several rungs wait for a
   response, an acceptance may belong to any of them, and the next heartbeat shows to which.
+- A rung that is shown while a later one waits for its response is requested again: the autopilot obeys in order, and
+  the later request takes it out of this mode. This happens on a slow line, and after this process did not run for a while.
 - An autopilot that takes the request as COMMAND_INT only gets it so at once.
 - For an accepted mode that is not shown yet, a HEARTBEAT is requested: ArduPilot sends one at once when its mode
   changes, PX4 waits for the next second, and neither sends one if the mode did not change.
@@ -29,6 +31,8 @@ LATE_RETRY_S: Final = 1.0
 """Retries continue, but slowly enough not to flood a slow line."""
 FAST_FOR_S: Final = 3.0
 IN_PROGRESS_WAIT_S: Final = 1.0
+STALLED_S: Final = 0.2
+"""Several ticks. A longer pause is this process's own: the autopilot's responses wait to be read meanwhile."""
 SHOW_RETRY_S: Final = 0.05
 """Interval of HEARTBEAT requests, since the first may precede the mode change. Applies within the patience for a rung;
 later each mode request brings one."""
@@ -56,7 +60,6 @@ class Reached(NamedTuple):
 class _Rung:
     mode: FlightMode
     requests: int = 0
-    unanswered: int = 0
     accepted: bool = False
     refusal: str = ""
 
@@ -74,7 +77,11 @@ class ModeLadder:
     def __init__(self, maker: FrameMaker) -> None:
         self._maker = maker
         self._rungs: list[_Rung] = []
+        self._unanswered: list[_Rung] = []
+        """One for each request, oldest first."""
         self._current = 0
+        self._again = False
+        """Whether the current rung is to be requested again at once."""
         self._asking = False
         self._as_int = False
         self._keeps_shown = False
@@ -83,6 +90,7 @@ class ModeLadder:
         self._leave_at = 0.0
         self._next_request_at = 0.0
         self._next_show_at = 0.0
+        self._looked_at = 0.0
         self._shown: int | None = None
         self._reached: list[Reached] = []
         self.confirmed: FlightMode | None = None
@@ -96,9 +104,10 @@ class ModeLadder:
         """
         self._keeps_shown = keeps_shown
         self._rungs = [_Rung(mode) for mode in modes]
+        self._unanswered.clear()
         self._asking = bool(modes)
         self._patience_s = patience_s
-        self._began_at = now
+        self._began_at = self._looked_at = now
         self._current = 0
         self._shown = None
         self._reached = []
@@ -127,6 +136,11 @@ class ModeLadder:
         """Requests to send now."""
         if not self._asking:
             return []
+        if now - self._looked_at > STALLED_S:
+            self._leave_at += now - self._looked_at
+        self._looked_at = now
+        if self._again:
+            self._begin_rung(now)
         rung = self._rungs[self._current]
         patient = self._keeps_shown and self._shown == rung.mode.custom_mode
         if rung.requests and now >= self._leave_at and not self._on_last_rung and not patient:
@@ -140,7 +154,7 @@ class ModeLadder:
             # A mode has no place, so it is the same in both messages whatever the autopilot.
             messages.append(as_the_other(asked, autopilot_kind=0) if self._as_int else asked)
             rung.requests += 1
-            rung.unanswered += 1
+            self._unanswered.append(rung)
             if rung.requests == 1:
                 before = f" ({self._rungs[self._current - 1].why_not()})" if self._current else ""
                 self._reached.append(Reached(LadderStep.REQUESTED, rung.mode.name + before))
@@ -151,18 +165,17 @@ class ModeLadder:
 
     def acknowledged(self, ack: Any, now: float) -> None:
         """Handles a COMMAND_ACK for MAV_CMD_DO_SET_MODE that is addressed to the agent."""
-        waiting = [rung for rung in self._rungs if rung.unanswered]
         if not self._asking:
             return
-        if not waiting:
+        if not self._unanswered:
             self._take_back(ack.result, now)
             return
         if ack.result == mavlink.MAV_RESULT_IN_PROGRESS:
             self._next_request_at = now + IN_PROGRESS_WAIT_S
             self._leave_at = max(self._leave_at, now + IN_PROGRESS_WAIT_S)
             return
-        oldest, newest = waiting[0], waiting[-1]
-        oldest.unanswered -= 1
+        waiting, newest = list(self._unanswered), self._unanswered[-1]
+        oldest = self._unanswered.pop(0)
         if ack.result == mavlink.MAV_RESULT_COMMAND_INT_ONLY and not self._as_int:
             self._as_int, self._next_request_at = True, now
             return
@@ -223,10 +236,16 @@ class ModeLadder:
         return self._rungs[self._current]
 
     def _begin_rung(self, now: float) -> None:
+        self._again = False
         self._next_request_at = self._next_show_at = now
         self._leave_at = now + self._patience_s
 
     def _confirm(self, rung: _Rung) -> None:
+        if self._unanswered and self._unanswered[-1] is not rung:
+            earlier = self._rungs.index(rung)
+            if earlier < self._current:
+                self._current, self._again, rung.accepted = earlier, True, False
+            return
         self._asking = False
         self.confirmed = rung.mode
         self._reached.append(Reached(LadderStep.CONFIRMED, rung.mode.name))

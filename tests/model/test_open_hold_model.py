@@ -187,6 +187,14 @@ class OpenHoldModel(RuleBasedStateMachine):
             self.the_link_is_back(True)
         self._pass(SETTLES_S)
 
+    @precondition(lambda self: self.w is not None and self.w.onboard is not None)
+    @rule(for_s=st.sampled_from([0.3, 0.8, 1.2]))
+    def the_computer_is_busy(self, for_s: float) -> None:
+        """The agent gets no processor time, and then everything at once."""
+        self._w.stalled_until = self._w.now + for_s
+        self.alive_since = self._w.stalled_until
+        self._pass(for_s + SETTLES_S)
+
     def _die(self) -> None:
         world = self._w
         world.hand = None
@@ -202,7 +210,7 @@ class OpenHoldModel(RuleBasedStateMachine):
         if self._w.copter.has_position is not there:
             self._w.copter.has_position = there
 
-    @rule(loses=st.booleans(), after_s=st.sampled_from([0.003, 0.003, 0.3]))
+    @rule(loses=st.booleans(), after_s=st.sampled_from([0.003, 0.003, 0.3, 0.8, 1.2]))
     def answers_are_lost_or_slow(self, loses: bool, after_s: float) -> None:
         self._w.copter.loses_acks, self._w.copter.ack_after_s = loses, after_s
 

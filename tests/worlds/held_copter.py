@@ -96,6 +96,9 @@ class HeldCopter:
         self.onboard: Onboard | None = None
         self.linked = False
         """Whether there is a link to the tower. Datagrams arrive only while it lasts."""
+        self.stalled_until = self.now
+        """Until then the agent gets no processor time, and what the autopilot sends to it waits."""
+        self._unread: list[bytes] = []
         self.slow_tower_s = 0.0
         """Delay of the tower's datagrams."""
         self.epoch = 5
@@ -223,7 +226,15 @@ class HeldCopter:
         said = self.copter.step(self.now)
         agent = self.onboard
         if agent is None:
+            self._unread.clear()
             return
+        if self.now < self.stalled_until:
+            self._unread += said
+            return
+        if self._unread:
+            agent.tick(self.now)  # its clock may be ahead of what it has read
+            self._exchange()
+            said, self._unread = [*self._unread, *said], []
         if said:
             agent.from_autopilot(said, self.now)
         if self.linked:
