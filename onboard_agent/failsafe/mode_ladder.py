@@ -10,7 +10,7 @@ Rules, each tested:
 - COMMAND_ACK does not name its mode, so responses are matched with requests in order. If several rungs wait for a
   response, an acceptance may belong to any of them, and the next heartbeat shows to which.
 - A rung that is shown while a later one waits for its response is requested again: the autopilot obeys in order, and
-  the later request takes it out of this mode. This happens on a slow line, and after this process did not run for a while.
+  the later request takes it out of this mode. It happens on a slow line, or after this process did not run for a while.
 - An autopilot that takes the request as COMMAND_INT only gets it so at once.
 - For an accepted mode that is not shown yet, a HEARTBEAT is requested: ArduPilot sends one at once when its mode
   changes, PX4 waits for the next second, and neither sends one if the mode did not change.
