@@ -13,7 +13,7 @@ Its parts are public: callers use them directly. The hub itself has only what to
 that only forward to one part.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from datetime import datetime
 from typing import Any, Final
 
@@ -135,6 +135,21 @@ class Hub:
         """The browsers here, at other towers. None without a bus."""
         self.takes_browsers = True
         """False: this tower ends its work, and sends browsers elsewhere."""
+        self._ticks: tuple[tuple[str, Callable[[float], None]], ...] = (
+            ("safety", self.safety.tick),
+            ("links", self.links.tick),
+            ("leases", self._leases.tick),
+            ("operations", self.operations.tick),
+            ("observed commands", lambda now: self.observed.tick(now, state.mode_of)),
+            ("following", self.follows.tick),
+            ("separation", self.separation.tick),
+            ("zones", self.zones.tick),
+            ("aircraft", self.aircraft.tick),
+            ("alerts", self.alerts.tick),
+            ("video", self.video.tick),
+            ("flights", self.flights.tick),
+            ("black boxes", self.black_box.tick),
+        )
 
     # -- database snapshots ----------------------------------------------------------------------------------
 
@@ -392,19 +407,11 @@ class Hub:
 
     def tick(self, now: float) -> None:
         """Several times a second: everything that time alone can change."""
-        self.safety.tick(now)
-        self.links.tick(now)
-        self._leases.tick(now)
-        self.operations.tick(now)
-        self.observed.tick(now, self.state.mode_of)
-        self.follows.tick(now)
-        self.separation.tick(now)
-        self.zones.tick(now)
-        self.aircraft.tick(now)
-        self.alerts.tick(now)
-        self.video.tick(now)
-        self.flights.tick(now)
-        self.black_box.tick(now)
+        for part, tick in self._ticks:
+            try:
+                tick(now)
+            except Exception as error:  # one part must not end what watches over every flight
+                self.state.on_fault(part, None, error)
 
     def each_second(self, now: float) -> None:
         """Once a second: whose map shows which drones, and how the link of every drone is that is online."""

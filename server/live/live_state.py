@@ -35,6 +35,10 @@ MAX_AIRCRAFT_FRAMES: Final = 200
 """Of one drone that wait."""
 
 
+def _raise(part: str, drone_id: DroneId | None, error: Exception) -> None:
+    raise error
+
+
 class LiveState:
     """The dictionaries of the hub."""
 
@@ -58,6 +62,8 @@ class LiveState:
         """The place of a drone that was not known before."""
         self.on_event: Callable[[HubEvent], None] = lambda event: None
         """Whoever acts on what the hub notices."""
+        self.on_fault: Callable[[str, DroneId | None, Exception], None] = _raise
+        """An error of ours in this part of the tower, while it looked at this drone: all others go on."""
         self.on_told: Callable[[LiveDrone, live.ToBrowser], None] = lambda drone, event: None
         """Whoever remembers what all who may see a drone were told."""
 

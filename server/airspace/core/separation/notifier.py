@@ -127,7 +127,10 @@ class SeparationNotifier:
         self._motion_part = (self._motion_part + 1) % _PARTS
         for drone_id, drone in self._state.drones.items():
             if drone_id % _PARTS == self._motion_part:
-                self._check_motion(drone, now)
+                try:
+                    self._check_motion(drone, now)
+                except Exception as error:
+                    self._state.on_fault("separation", drone_id, error)
 
     def _check_motion(self, drone: LiveDrone, now: float) -> None:
         frame = drone.position_frame
