@@ -106,7 +106,9 @@ def test_the_messages_that_are_read_are_found_in_the_code() -> None:
 
 any_frames = st.lists(
     st.one_of(
-        extreme_frames(st.sampled_from(messages_read())), extreme_frames(st.sampled_from(EVERY_MESSAGE)), events_of_px4()
+        extreme_frames(st.sampled_from(messages_read())),
+        extreme_frames(st.sampled_from(EVERY_MESSAGE)),
+        events_of_px4(),
     ),
     max_size=20,
 )
