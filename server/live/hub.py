@@ -367,7 +367,7 @@ class Hub:
         at = self.state.clock()
         for drone in self.state.drones.values():
             if drone.noise.look(now, at):
-                self.state.publish_drone(drone)
+                self.state.publish_soon(drone)
                 self.state.on_event(NoiseJudged(drone.drone_id, drone.noise.measures, drone.noise.words))
 
     # -- several towers --------------------------------------------------------------------------------------
@@ -407,6 +407,7 @@ class Hub:
 
     def tick(self, now: float) -> None:
         """Several times a second: everything that time alone can change."""
+        self.state.publish_waiting()
         for part, tick in self._ticks:
             try:
                 tick(now)

@@ -31,6 +31,9 @@ from wire.frames import payload
 from wire.ids import DroneId, LinkId, UserId
 from wire.open_holds import LostAction
 
+MAX_PUBLISHED_AT_ONCE: Final = 10
+"""Drones of which `publish_soon` tells in one piece. The rest waits for a turn of the event loop: when a machine with a
+hundred agents fails, all of them fall silent in the same tick."""
 MAX_AIRCRAFT_FRAMES: Final = 200
 """Of one drone that wait."""
 
@@ -48,6 +51,8 @@ class LiveState:
         self.drones: dict[DroneId, LiveDrone] = {}
         self.links: dict[LinkId, AgentLink] = {}
         self.browsers = OpenBrowsers()
+        self._to_publish: dict[DroneId, LiveDrone] = {}
+        self._publish_now = MAX_PUBLISHED_AT_ONCE
         self.drops: DropCounts = DropCounts()
         self.traffic = Traffic()
         self.shares = Shares()
@@ -105,8 +110,30 @@ class LiveState:
             if browser.viewer.user_id in user_ids and browser.number not in drone.watchers:
                 browser.notify(event)
 
+    def publish_soon(self, drone: LiveDrone) -> None:
+        """The same as `publish_drone` for what time changes about many drones at once: beyond MAX_PUBLISHED_AT_ONCE in
+        the next slice."""
+        if self._publish_now > 0:
+            self._publish_now -= 1
+            self.publish_drone(drone)
+        else:
+            self._to_publish[drone.drone_id] = drone
+
+    def publish_waiting(self) -> bool:
+        """Publishes a slice of those that wait. Whether more do."""
+        self._publish_now = MAX_PUBLISHED_AT_ONCE
+        for drone_id in list(self._to_publish)[:MAX_PUBLISHED_AT_ONCE]:
+            drone = self._to_publish[drone_id]
+            self._publish_now -= 1
+            if self.drones.get(drone_id) is drone:
+                self.publish_drone(drone)
+            else:
+                del self._to_publish[drone_id]
+        return bool(self._to_publish)
+
     def publish_drone(self, drone: LiveDrone) -> None:
         """The drone as it is now. One event for all who stand to it alike: it is put into JSON once."""
+        self._to_publish.pop(drone.drone_id, None)
         events: dict[Viewpoint, live.DroneChanged] = {}
         for browser in drone.watchers.values():
             standpoint = drone.standpoint_of(browser.viewer.user_id, browser.viewer.role)

@@ -115,7 +115,7 @@ class SafetyWatch:
         if drone.online and not drone.link.is_heard(now):
             drone.online = False
             drone.silent(self._state.clock())
-            self._state.publish_drone(drone)
+            self._state.publish_soon(drone)
 
     def _watch_holder(self, drone: LiveDrone, now: float) -> None:
         holder_id = drone.holder_id

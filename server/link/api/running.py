@@ -49,6 +49,8 @@ async def _beat(hub: Hub, endpoint: DataEndpoint) -> None:
         now = time.monotonic()
         hub.state.traffic.loop_late.observe(max(0.0, now - due_at))
         hub.tick(now)
+        while hub.state.publish_waiting():  # noqa: ASYNC110
+            await asyncio.sleep(0)
         endpoint.follow(close_addresses(hub.state))
         ticks += 1
         if ticks % TICKS_A_SECOND == 0:

@@ -29,14 +29,20 @@ from wire.frames import message_id, payload, source
 
 PARTS = 6
 REST = sorted(set(EVERY_MESSAGE) - set(messages_read()))
+M = mavlink
 OF_THE_SIMULATOR = sorted(
-    int(getattr(mavlink, f"MAVLINK_MSG_ID_{name}"))
-    for name in (
-        "HEARTBEAT SYS_STATUS GPS_RAW_INT ATTITUDE GLOBAL_POSITION_INT RC_CHANNELS VFR_HUD COMMAND_ACK BATTERY_STATUS "
-        "HOME_POSITION EKF_STATUS_REPORT VIBRATION MISSION_COUNT MISSION_ITEM_INT MISSION_ACK MISSION_CURRENT "
-        "MISSION_REQUEST MISSION_REQUEST_INT PARAM_VALUE LOG_ENTRY LOG_DATA FILE_TRANSFER_PROTOCOL AUTOPILOT_VERSION "
-        "STATUSTEXT EXTENDED_SYS_STATE FENCE_STATUS TIMESYNC SYSTEM_TIME"
-    ).split()
+    one.id
+    for one in (
+        *(M.MAVLink_heartbeat_message, M.MAVLink_sys_status_message, M.MAVLink_gps_raw_int_message),
+        *(M.MAVLink_attitude_message, M.MAVLink_global_position_int_message, M.MAVLink_rc_channels_message),
+        *(M.MAVLink_vfr_hud_message, M.MAVLink_command_ack_message, M.MAVLink_battery_status_message),
+        *(M.MAVLink_home_position_message, M.MAVLink_ekf_status_report_message, M.MAVLink_vibration_message),
+        *(M.MAVLink_mission_count_message, M.MAVLink_mission_item_int_message, M.MAVLink_mission_ack_message),
+        *(M.MAVLink_mission_current_message, M.MAVLink_mission_request_message, M.MAVLink_param_value_message),
+        *(M.MAVLink_log_entry_message, M.MAVLink_log_data_message, M.MAVLink_file_transfer_protocol_message),
+        *(M.MAVLink_autopilot_version_message, M.MAVLink_statustext_message, M.MAVLink_extended_sys_state_message),
+        *(M.MAVLink_fence_status_message, M.MAVLink_timesync_message, M.MAVLink_system_time_message),
+    )
 )
 
 

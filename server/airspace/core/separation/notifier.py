@@ -140,7 +140,7 @@ class SeparationNotifier:
         if motion is None:
             return
         if drone.motion_check.check(motion, boot_s_in(frame), now):
-            self._state.publish_drone(drone)
+            self._state.publish_soon(drone)
             why = drone.motion_check.why
             if why is not None and drone.armed is not False:
                 self._state.on_event(MotionSuspected(drone.drone_id, why))
