@@ -31,6 +31,7 @@ from server.kernel.access import AccessRequest, Action, judge
 from server.kernel.clock import Clock, utc_now
 from server.kernel.fleet import FleetSnapshot
 from server.kernel.people import SignInId, UserRef
+from server.kernel.shares import Shares
 from server.link.core.agent_link import AgentLink
 from server.link.core.agent_reports import AgentReports
 from server.link.core.flood_gate import FloodGate, FloodLimits
@@ -81,12 +82,13 @@ class Hub:
         separation: SeparationBounds | None = None,
         video_bounds: SocketBounds | None = None,
         height_limit_m: float = 0.0,
+        shares: Shares | None = None,
     ) -> None:
         self._clock = clock
         self._socket_bounds = socket_bounds or SocketBounds()
         self._video_bounds = video_bounds or SocketBounds()
         self._next_browser = 0
-        state = self.state = LiveState(clock)
+        state = self.state = LiveState(clock, shares)
         """Drones, links, browsers, counters. Everybody may read it; only the hub and its parts write. `on_event` is for
         the one who acts on what the hub notices."""
         self.squads = Squads(state)

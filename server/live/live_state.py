@@ -45,7 +45,7 @@ def _raise(part: str, drone_id: DroneId | None, error: Exception) -> None:
 class LiveState:
     """The dictionaries of the hub."""
 
-    def __init__(self, clock: Clock) -> None:
+    def __init__(self, clock: Clock, shares: Shares | None = None) -> None:
         self.clock = clock
         """The time of day, for people."""
         self.drones: dict[DroneId, LiveDrone] = {}
@@ -55,7 +55,7 @@ class LiveState:
         self._publish_now = MAX_PUBLISHED_AT_ONCE
         self.drops: DropCounts = DropCounts()
         self.traffic = Traffic()
-        self.shares = Shares()
+        self.shares = shares or Shares()
         """What people, drones and teams may have of what all share."""
         self.elsewhere = DronesElsewhere()
         """Drones in the air at other towers."""

@@ -57,5 +57,5 @@ async def _beat(hub: Hub, endpoint: DataEndpoint) -> None:
             try:
                 hub.each_second(time.monotonic())
             except Exception as error:
-                hub.state.on_fault("each second", None, error)
+                hub.state.on_fault("noise", None, error)
             search.check(now, flown_by_hand=hub.state.anybody_flies_by_hand(now))
