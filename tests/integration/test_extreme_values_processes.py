@@ -19,7 +19,7 @@ from worlds.processes import World, wait_for
 
 from wire.dialect import build, mavlink
 
-pytestmark = pytest.mark.long("extreme values through whole programs; test_extreme_values.py does it in one")
+pytestmark = pytest.mark.long("through whole programs; test_extreme_values.py does it in one")
 
 BEAT = build(mavlink.MAVLink_heartbeat_message(2, 3, 0xD1, 5, 4, 3), system_id=1, component_id=1, sequence=0)
 PAUSE_S = 0.01
