@@ -67,6 +67,8 @@ class Noticed:
     """Arrival time of each message with a frame of the drone, monotonic seconds."""
     queues: list[tuple[RunQueue, RunQueue]] = field(default_factory=list)
     """Of tower and agent, at each of those times."""
+    gaps_before_ms: list[float] = field(default_factory=list)
+    """Of periods that this one is a sum of."""
     sticks_at: dict[int, float] = field(default_factory=dict)
     own_gap_ms: float = 0.0
     """The longest time that this program itself did not run: a gap below that is not the tower's."""
@@ -82,7 +84,8 @@ class Noticed:
 
     @property
     def gaps_ms(self) -> list[float]:
-        return [(b - a) * 1e3 for a, b in zip(self.frames_at, self.frames_at[1:], strict=False)]
+        own = [(b - a) * 1e3 for a, b in zip(self.frames_at, self.frames_at[1:], strict=False)]
+        return self.gaps_before_ms + own
 
     @property
     def largest_gap_ms(self) -> float:

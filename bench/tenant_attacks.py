@@ -20,6 +20,7 @@ from typing import Any, Final
 import httpx
 
 from bench.load_agents import LoadAgent, kept_alive, sign_in_all
+from onboard_agent.sockets.control_channel import NoLink
 from wire.dialect import build, mavlink
 
 LAT_E7, LON_E7 = 470_000_000, 80_000_000
@@ -75,12 +76,23 @@ class TenantAttack:
             return
         async with self._agent_lock:
             if self._agent is None:
-                (agent,) = await sign_in_all(self.url, [self.key], airborne=True)
+                agent = await self._signed_in()
                 mode = 81 | mavlink.MAV_MODE_FLAG_SAFETY_ARMED
                 agent.send([_frame(mavlink.MAVLink_heartbeat_message(2, 3, mode, 5, 4, 3))], time.monotonic())
                 self._agent = agent
         async with kept_alive([self._agent]):
             yield self._agent
+
+    async def _signed_in(self) -> LoadAgent:
+        """As an agent does, he goes on trying on a busy machine."""
+        while True:
+            try:
+                (agent,) = await sign_in_all(self.url, [self.key], airborne=True)
+            except NoLink:
+                self.done["sign-ins that failed"] += 1
+                await asyncio.sleep(0.5)
+            else:
+                return agent
 
     async def say(self, per_s: float, message: Callable[[int], Any]) -> None:
         """His vehicle sends this so often."""

@@ -3,8 +3,8 @@
 A drone is flown by hand through a tower with 60 zones of 500 points, in its own process. First `--seconds` (20) without
 an attack, then the same with each kind of attack (`bench.tenant_attacks`) alone. The figures are gaps between frames,
 the way of a stick, how long a page of the pilot's takes, how long an alert of another drone of theirs, and how long the
-tower's event loop stood still. `--case everything`: all kinds at once, for `--minutes` (10), as long without; then each
-p99 is also a ratio. See docs/bench.md.
+tower's event loop stood still. `--case everything`: all kinds at once, for `--minutes` (10) in turns with as long
+without, so that what else the machine does burdens both; then each p99 is also a ratio. See docs/bench.md.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import itertools
 import math
 import tempfile
 import time
+from collections import Counter
 from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -38,7 +39,10 @@ WARNING, OF_MALLORY, FLOWN = 1, 2, 3
 ASK_S: Final = 0.2
 WARN_S: Final = 15.0
 """As often as the text of one autopilot becomes an alert."""
+WARM_UP_S: Final = 10.0
 MOST_RATIO: Final = 1.5
+TURN_S: Final = 40.0
+"""Of `everything`: so long with the attack, and so long without."""
 ZONES, POINTS = 60, 500
 _LAT, _LON = 47.0, 8.0
 
@@ -56,13 +60,71 @@ async def run(report: Report, options: argparse.Namespace) -> None:
             async with flown_by_hand(folder, tower, pilot=pilot) as flight:
                 installed = run_as_installed(tower_pid=flight.tower.process.pid, agent_pid=flight.agent_pid)
                 report.add("conditions", "tower and agent have the priority of their units", int(installed), "yes=1")
-                async with flight.noticing() as quiet, others(pilot) as served:
-                    await asyncio.sleep(seconds)
-                _add(report, "nobody attacks", quiet, served, {})
-                for kind in [one for one in (*KINDS, EVERYTHING) if one in (options.case or KINDS)]:
-                    noticed, under = await _attacked(report, flight, pilot, mallory, kind, seconds)
-                    if kind == EVERYTHING:
-                        _compare(report, (quiet, served), (noticed, under))
+                if whole:
+                    await _in_turns(report, flight, pilot, mallory, seconds)
+                    return
+                noticed, served = await _left_alone(flight, pilot, seconds)
+                _add(report, "nobody attacks", noticed, served, {})
+                for kind in [one for one in KINDS if one in (options.case or KINDS)]:
+                    period = await _attacked(flight, pilot, mallory, kind, seconds)
+                    _add(report, kind, period.noticed, period.served, period.held)
+                    for what, count in sorted(period.done.items()):
+                        report.add(kind, f"attack: {what}", count, "count")
+
+
+async def _in_turns(report: Report, flight: HandFlight, pilot: LoadTower, mallory: LoadTower, seconds: float) -> None:
+    """Everything at once for so long, and as long without. The first two, short, warm up and do not count."""
+    turns = max(1, round(seconds / TURN_S))
+    turn_s = seconds / turns
+    quiet: list[tuple[Noticed, Served]] = []
+    periods: list[Period] = []
+    for number in range(turns + 1):
+        alone = await _left_alone(flight, pilot, turn_s if number else min(turn_s, WARM_UP_S))
+        attacked = await _attacked(flight, pilot, mallory, EVERYTHING, turn_s if number else min(turn_s, WARM_UP_S))
+        if number:
+            quiet.append(alone)
+            periods.append(attacked)
+    calm = _together(quiet)
+    loud = _together([(one.noticed, one.served) for one in periods])
+    held: Counter[str] = Counter()
+    done: Counter[str] = Counter()
+    for one in periods:
+        held.update(one.held)
+        done.update(one.done)
+    _add(report, "nobody attacks", *calm, {})
+    _add(report, EVERYTHING, *loud, dict(held))
+    for what, count in sorted(done.items()):
+        report.add(EVERYTHING, f"attack: {what}", count, "count")
+    report.add(EVERYTHING, "turns of each", turns, "count")
+    first, last = periods[0].noticed.rss_after_mb, periods[-1].noticed.rss_after_mb
+    report.add(EVERYTHING, "memory from the first turn's end to the last one's", last - first, "MB")
+    _compare(report, calm, loud)
+
+
+async def _left_alone(flight: HandFlight, pilot: LoadTower, seconds: float) -> tuple[Noticed, Served]:
+    async with flight.noticing() as noticed, others(pilot) as served:
+        await asyncio.sleep(seconds)
+    return noticed, served
+
+
+def _together(parts: list[tuple[Noticed, Served]]) -> tuple[Noticed, Served]:
+    """One period of several, with all their figures."""
+    noticed, served = Noticed(rss_before_mb=parts[0][0].rss_before_mb, rss_after_mb=parts[-1][0].rss_after_mb), Served()
+    wrong: Counter[str] = Counter()
+    for one, of_others in parts:
+        noticed.gaps_before_ms += one.gaps_ms
+        noticed.sticks_ms += one.sticks_ms
+        noticed.sticks_lost += one.sticks_lost
+        noticed.own_gap_ms = max(noticed.own_gap_ms, one.own_gap_ms)
+        noticed.rss_most_mb = max(noticed.rss_most_mb, one.rss_most_mb)
+        noticed.closed = noticed.closed or one.closed
+        wrong.update(one.wrong)
+        served.pages_ms += of_others.pages_ms
+        served.alerts_ms += of_others.alerts_ms
+        served.refused += of_others.refused
+        served.warned += of_others.warned
+    noticed.wrong = dict(wrong)
+    return noticed, served
 
 
 def _admin(tower: LoadTower) -> httpx.AsyncClient:
@@ -153,9 +215,17 @@ async def others(pilot: LoadTower) -> AsyncIterator[Served]:
             browser.close()
 
 
-async def _attacked(
-    report: Report, flight: HandFlight, pilot: LoadTower, mallory: LoadTower, kind: str, seconds: float
-) -> tuple[Noticed, Served]:
+@dataclass
+class Period:
+    """Under attack. `held`: seconds for which the loop stood still, by the code; `done`: what the attack did."""
+
+    noticed: Noticed
+    served: Served
+    held: dict[str, float]
+    done: Counter[str]
+
+
+async def _attacked(flight: HandFlight, pilot: LoadTower, mallory: LoadTower, kind: str, seconds: float) -> Period:
     tower = flight.tower
     before = await held_s(tower)
     async with (
@@ -165,10 +235,8 @@ async def _attacked(
     ):
         await asyncio.sleep(seconds)
     after = await held_s(tower)
-    _add(report, kind, noticed, served, {where: after[where] - before.get(where, 0.0) for where in after})
-    for what, count in sorted(attack.result().items()):
-        report.add(kind, f"attack: {what}", count, "count")
-    return noticed, served
+    held = {where: after[where] - before.get(where, 0.0) for where in after}
+    return Period(noticed, served, held, attack.result())
 
 
 def _compare(report: Report, quiet: tuple[Noticed, Served], attacked: tuple[Noticed, Served]) -> None:

@@ -2,6 +2,7 @@
 
 from server.airspace.core.separation.bounds import SeparationBounds
 from server.kernel.clock import Clock
+from server.kernel.shares import Shares
 from server.link.core.flood_gate import FloodLimits
 from server.link.core.socket_bounds import SocketBounds
 from server.live.hub import Hub
@@ -27,4 +28,5 @@ def new_hub(settings: Settings, clock: Clock) -> Hub:
         ),
         SocketBounds(per_user=settings.user_video_sockets, per_address=settings.address_video_sockets),
         settings.height_limit_m,
+        Shares(dict(settings.shares)),
     )

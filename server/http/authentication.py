@@ -18,6 +18,7 @@ from server.accounts.store.tokens import ApiTokens
 from server.anonymous.api.anonymous_scope import admitted
 from server.http.peer_address import address_of
 from server.http.remembered import RememberedSignIns
+from server.http.request_shares import RequestShares
 from server.kernel.access import AccessRequest, Action, BadToken, NotSignedIn, SessionExpired, judge
 from server.kernel.clock import Clock
 from server.kernel.people import Principal
@@ -52,6 +53,7 @@ class Authenticator:
         shares: Shares,
     ) -> None:
         self._shares = shares
+        self._requests = RequestShares(shares)
         self._sessions = sessions
         self._api_tokens = api_tokens
         self._clock = clock
@@ -102,14 +104,15 @@ class Authenticator:
         return await self._sessions.find(secret, self._clock())
 
     async def admit(self, connection: HTTPConnection, action: Action) -> Principal:
-        """Returns the principal of the request, if it may do that now; raises the refusal otherwise. Call it again
-        after waiting for a body: the sender may have lost the right meanwhile."""
+        """Returns the principal of the request, if it may do that now and has not asked too much; raises the refusal
+        otherwise. Call it again after waiting for a body: the sender may have lost the right meanwhile."""
         found = await self.authenticate(connection)
         if isinstance(found, Refusal):
             raise found
         verdict = judge(AccessRequest(found, action, now=self._clock()))
         if verdict.refusal is not None:
             raise verdict.refusal
+        self._requests.admit(found.user_id, action, connection.scope.get("method", "GET"))
         return found
 
 

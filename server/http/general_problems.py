@@ -4,6 +4,7 @@ from typing import Final
 
 from server.http.private_path import NotPrivate
 from server.http.problem_kinds import INVALID, Kind, Problems
+from server.http.request_shares import TooManyRequests
 from server.kernel.access import (
     AdminsOnly,
     BadToken,
@@ -32,6 +33,7 @@ PROBLEMS: Final[Problems] = {
     SecondFactorDemanded: Kind("second-factor-demanded", 403, "A second factor must be set up"),
     InPersonOnly: Kind("in-person-only", 403, "Not with a token"),
     ProofNeeded: Kind("proof-needed", 403, "Confirm that it is you"),
+    TooManyRequests: Kind("too-many-requests", 429, "Too many requests"),
     TooMuchWork: Kind("too-much-work", 429, "Too much at once"),
     ReadOnlyAccount: Kind("read-only-account", 403, "Your account only watches"),
     AdminsOnly: Kind("admins-only", 403, "For admins only"),

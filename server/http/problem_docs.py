@@ -21,6 +21,7 @@ from server.http.problem_kinds import (
     Kind,
 )
 from server.http.problem_table import PROBLEMS
+from server.http.request_shares import FLIES, TooManyRequests
 from server.kernel.access import (
     IN_PERSON,
     NEEDS,
@@ -134,6 +135,8 @@ def _refusals_of(action: Action) -> list[type[Refusal]]:
     if NEEDS[action]:
         before_sign_in.append(ScopeMissing)
     before_sign_in.extend(refusals_for_roles(action))
+    if action not in FLIES:
+        before_sign_in.append(TooManyRequests)
     if action in IN_PERSON:
         before_sign_in.append(InPersonOnly)
     if action in WITH_FRESH_PROOF:

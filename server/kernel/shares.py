@@ -44,16 +44,16 @@ class ShareName(StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Share:
-    """`default`, `least`, `most`: of its limit; None: it has turns, and needs none. `beyond`: what happens to who asks
-    for more. `over_time`: used in the last minute, and not at this moment."""
+    """`default`, `least`, `most`: of its limit. `beyond`: what happens to who asks for more. `over_time`: used in the
+    last minute, and not at this moment."""
 
     name: ShareName
     what: str
     whose: Whose
     beyond: str
-    default: int | None = None
+    default: int
     least: int = 1
-    most: int = 1
+    most: int
     over_time: bool = False
 
 
@@ -64,16 +64,22 @@ SHARES: Final[Mapping[ShareName, Share]] = {
     for one in (
         Share(
             name=ShareName.REQUESTS,
-            what="requests of signed-in people",
+            what="requests except flying; a tenth a second",
             whose=_PERSON,
-            beyond="each kind of work has its own share",
+            beyond="429 `too-many-requests`",
+            default=3_000,
+            least=300,
+            most=100_000,
             over_time=True,
         ),
         Share(
             name=ShareName.WRITES,
-            what="writes to SQLite",
+            what="requests that change things; a tenth a second",
             whose=_PERSON,
-            beyond="waits for its turn; who flies a drone goes first",
+            beyond="429 `too-many-requests`",
+            default=500,
+            least=50,
+            most=10_000,
             over_time=True,
         ),
         Share(
@@ -178,39 +184,54 @@ SHARES: Final[Mapping[ShareName, Share]] = {
 
 
 class BadShareLimit(Refusal):
-    """A limit beyond what the tower can keep, or of a share that has none."""
+    """A limit beyond what the tower can keep."""
 
     def __init__(self, share: Share) -> None:
-        if share.default is None:
-            super().__init__("this share has turns and no limit")
-        else:
-            super().__init__(f"must be between {share.least} and {share.most}")
+        super().__init__(f"must be between {share.least} and {share.most}")
 
 
 def check_limit(share: Share, limit: int | None) -> None:
     """None: the default. Raises BadShareLimit."""
-    if share.default is None or (limit is not None and not share.least <= limit <= share.most):
+    if limit is not None and not share.least <= limit <= share.most:
         raise BadShareLimit(share)
 
 
-class Shares:
-    """The limits that count now, and who has used what in the last minute. One for a tower."""
+def read_limits(text: str) -> dict[ShareName, int]:
+    """The defaults of a tower: "operations=200,zones=80". Raises ValueError in words that follow a setting's name."""
+    found: dict[ShareName, int] = {}
+    for part in text.split(","):
+        name, equals, number = (one.strip() for one in part.partition("="))
+        if name not in SHARES or not equals or not number.isascii() or not number.isdecimal():
+            raise ValueError(f"must look like zones=80,operations=200, with names of {', '.join(SHARES)}")
+        share = SHARES[ShareName(name)]
+        if share.name in found:
+            raise ValueError(f"must have {name} once")
+        try:
+            check_limit(share, int(number))
+        except BadShareLimit:
+            raise ValueError(f"must have a limit for {name} between {share.least} and {share.most}") from None
+        found[share.name] = int(number)
+    return found
 
-    def __init__(self) -> None:
+
+class Shares:
+    """The limits that count now, and who has used what in the last minute. One for a tower. `defaults`: of this tower,
+    where they are not those of the table."""
+
+    def __init__(self, defaults: Mapping[ShareName, int] | None = None) -> None:
+        self._defaults = defaults or {}
         self._changed: Mapping[str, int] = {}
         self._now: dict[ShareName, Counter[int]] = {}
         self._before: dict[ShareName, Counter[int]] = {}
         self._began_at = float("-inf")
 
     def limit(self, name: ShareName) -> int:
-        """Raises KeyError for a share without a limit."""
         changed = self._changed.get(name)
-        if changed is not None:
-            return changed
-        default = SHARES[name].default
-        if default is None:
-            raise KeyError(name)
-        return default
+        return self.default(name) if changed is None else changed
+
+    def default(self, name: ShareName) -> int:
+        """What counts until an admin chooses."""
+        return self._defaults.get(name, SHARES[name].default)
 
     def apply(self, limits: Mapping[str, int]) -> bool:
         """What admins have chosen, as the database has it; all others have their defaults. Whether that is new."""

@@ -7,7 +7,7 @@ def shares_table() -> str:
     """In Markdown."""
     rows = ["| share | what | whose | limit | beyond it |", "|---|---|---|---|---|"]
     for one in SHARES.values():
-        limit = "none" if one.default is None else f"{one.default} ({one.least} to {one.most:,})"
+        limit = f"{one.default:,} ({one.least} to {one.most:,})"
         whose = "all" if one.whose is Whose.TOWER else f"a {one.whose}"
         rows.append(f"| `{one.name}` | {one.what} | {whose} | {limit} | {one.beyond} |")
     return "\n".join(rows)

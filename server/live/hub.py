@@ -13,7 +13,7 @@ Its parts are public: callers use them directly. The hub itself has only what to
 that only forward to one part.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from datetime import datetime
 from typing import Any, Final
 
@@ -31,6 +31,7 @@ from server.kernel.access import AccessRequest, Action, judge
 from server.kernel.clock import Clock, utc_now
 from server.kernel.fleet import FleetSnapshot
 from server.kernel.people import SignInId, UserRef
+from server.kernel.shares import Shares
 from server.link.core.agent_link import AgentLink
 from server.link.core.agent_reports import AgentReports
 from server.link.core.flood_gate import FloodGate, FloodLimits
@@ -81,12 +82,13 @@ class Hub:
         separation: SeparationBounds | None = None,
         video_bounds: SocketBounds | None = None,
         height_limit_m: float = 0.0,
+        shares: Shares | None = None,
     ) -> None:
         self._clock = clock
         self._socket_bounds = socket_bounds or SocketBounds()
         self._video_bounds = video_bounds or SocketBounds()
         self._next_browser = 0
-        state = self.state = LiveState(clock)
+        state = self.state = LiveState(clock, shares)
         """Drones, links, browsers, counters. Everybody may read it; only the hub and its parts write. `on_event` is for
         the one who acts on what the hub notices."""
         self.squads = Squads(state)
@@ -135,6 +137,21 @@ class Hub:
         """The browsers here, at other towers. None without a bus."""
         self.takes_browsers = True
         """False: this tower ends its work, and sends browsers elsewhere."""
+        self._ticks: tuple[tuple[str, Callable[[float], None]], ...] = (
+            ("safety", self.safety.tick),
+            ("links", self.links.tick),
+            ("leases", self._leases.tick),
+            ("operations", self.operations.tick),
+            ("observed commands", lambda now: self.observed.tick(now, state.mode_of)),
+            ("following", self.follows.tick),
+            ("separation", self.separation.tick),
+            ("zones", self.zones.tick),
+            ("aircraft", self.aircraft.tick),
+            ("alerts", self.alerts.tick),
+            ("video", self.video.tick),
+            ("flights", self.flights.tick),
+            ("black boxes", self.black_box.tick),
+        )
 
     # -- database snapshots ----------------------------------------------------------------------------------
 
@@ -352,7 +369,7 @@ class Hub:
         at = self.state.clock()
         for drone in self.state.drones.values():
             if drone.noise.look(now, at):
-                self.state.publish_drone(drone)
+                self.state.publish_soon(drone)
                 self.state.on_event(NoiseJudged(drone.drone_id, drone.noise.measures, drone.noise.words))
 
     # -- several towers --------------------------------------------------------------------------------------
@@ -392,19 +409,12 @@ class Hub:
 
     def tick(self, now: float) -> None:
         """Several times a second: everything that time alone can change."""
-        self.safety.tick(now)
-        self.links.tick(now)
-        self._leases.tick(now)
-        self.operations.tick(now)
-        self.observed.tick(now, self.state.mode_of)
-        self.follows.tick(now)
-        self.separation.tick(now)
-        self.zones.tick(now)
-        self.aircraft.tick(now)
-        self.alerts.tick(now)
-        self.video.tick(now)
-        self.flights.tick(now)
-        self.black_box.tick(now)
+        self.state.publish_waiting()
+        for part, tick in self._ticks:
+            try:
+                tick(now)
+            except Exception as error:  # one part must not end what watches over every flight
+                self.state.on_fault(part, None, error)
 
     def each_second(self, now: float) -> None:
         """Once a second: whose map shows which drones, and how the link of every drone is that is online."""

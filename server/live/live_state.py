@@ -31,22 +31,31 @@ from wire.frames import payload
 from wire.ids import DroneId, LinkId, UserId
 from wire.open_holds import LostAction
 
+MAX_PUBLISHED_AT_ONCE: Final = 10
+"""Drones of which `publish_soon` tells in one piece. The rest waits for a turn of the event loop: when a machine with a
+hundred agents fails, all of them fall silent in the same tick."""
 MAX_AIRCRAFT_FRAMES: Final = 200
 """Of one drone that wait."""
+
+
+def _raise(part: str, drone_id: DroneId | None, error: Exception) -> None:
+    raise error
 
 
 class LiveState:
     """The dictionaries of the hub."""
 
-    def __init__(self, clock: Clock) -> None:
+    def __init__(self, clock: Clock, shares: Shares | None = None) -> None:
         self.clock = clock
         """The time of day, for people."""
         self.drones: dict[DroneId, LiveDrone] = {}
         self.links: dict[LinkId, AgentLink] = {}
         self.browsers = OpenBrowsers()
+        self._to_publish: dict[DroneId, LiveDrone] = {}
+        self._publish_now = MAX_PUBLISHED_AT_ONCE
         self.drops: DropCounts = DropCounts()
         self.traffic = Traffic()
-        self.shares = Shares()
+        self.shares = shares or Shares()
         """What people, drones and teams may have of what all share."""
         self.elsewhere = DronesElsewhere()
         """Drones in the air at other towers."""
@@ -58,6 +67,8 @@ class LiveState:
         """The place of a drone that was not known before."""
         self.on_event: Callable[[HubEvent], None] = lambda event: None
         """Whoever acts on what the hub notices."""
+        self.on_fault: Callable[[str, DroneId | None, Exception], None] = _raise
+        """An error of ours in this part of the tower, while it looked at this drone: all others go on."""
         self.on_told: Callable[[LiveDrone, live.ToBrowser], None] = lambda drone, event: None
         """Whoever remembers what all who may see a drone were told."""
 
@@ -99,8 +110,30 @@ class LiveState:
             if browser.viewer.user_id in user_ids and browser.number not in drone.watchers:
                 browser.notify(event)
 
+    def publish_soon(self, drone: LiveDrone) -> None:
+        """The same as `publish_drone` for what time changes about many drones at once: beyond MAX_PUBLISHED_AT_ONCE in
+        the next slice."""
+        if self._publish_now > 0:
+            self._publish_now -= 1
+            self.publish_drone(drone)
+        else:
+            self._to_publish[drone.drone_id] = drone
+
+    def publish_waiting(self) -> bool:
+        """Publishes a slice of those that wait. Whether more do."""
+        self._publish_now = MAX_PUBLISHED_AT_ONCE
+        for drone_id in list(self._to_publish)[:MAX_PUBLISHED_AT_ONCE]:
+            drone = self._to_publish[drone_id]
+            self._publish_now -= 1
+            if self.drones.get(drone_id) is drone:
+                self.publish_drone(drone)
+            else:
+                del self._to_publish[drone_id]
+        return bool(self._to_publish)
+
     def publish_drone(self, drone: LiveDrone) -> None:
         """The drone as it is now. One event for all who stand to it alike: it is put into JSON once."""
+        self._to_publish.pop(drone.drone_id, None)
         events: dict[Viewpoint, live.DroneChanged] = {}
         for browser in drone.watchers.values():
             standpoint = drone.standpoint_of(browser.viewer.user_id, browser.viewer.role)

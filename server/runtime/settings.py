@@ -20,6 +20,7 @@ from urllib.parse import urlsplit
 from server.airspace.io import read_feed_address
 from server.alerts.io.mail import MailServer
 from server.alerts.io.mail_source import read_mail_address, read_mail_server
+from server.kernel.shares import ShareName, read_limits
 from server.maps.io.tile_source import TileSource, read_tiles
 from server.runtime.packaged import CONSOLE
 from server.runtime.vault import KEY_FILE, Vault, parse_keys
@@ -165,6 +166,10 @@ def _collector_url(text: str) -> str:
     return text.rstrip("/")
 
 
+def _shares(text: str) -> tuple[tuple[ShareName, int], ...]:
+    return tuple(read_limits(text).items())
+
+
 def _log_format(text: str) -> str:
     if text not in {"auto", "human", "json"}:
         raise ValueError("must be auto, human or json")
@@ -237,6 +242,8 @@ class Settings:
     drone_frames_burst: int = _setting(3_000, "TOWER_DRONE_FRAMES_BURST", _number(100, 1_000_000))
     agent_frames_per_s: int = _setting(10_000, "TOWER_AGENT_FRAMES_PER_S", _number(100, 1_000_000))
     agent_frames_burst: int = _setting(20_000, "TOWER_AGENT_FRAMES_BURST", _number(100, 1_000_000))
+    shares: tuple[tuple[ShareName, int], ...] = _setting((), "TOWER_SHARES", _shares)
+    """Limits of shares, until an admin chooses others. Those that are not here: as in docs/shares.md."""
     user_sockets: int = _setting(20, "TOWER_USER_SOCKETS", _number(1, 100_000))
     address_sockets: int = _setting(200, "TOWER_ADDRESS_SOCKETS", _number(1, 100_000))
     user_video_sockets: int = _setting(60, "TOWER_USER_VIDEO_SOCKETS", _number(1, 100_000))

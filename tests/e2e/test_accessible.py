@@ -174,6 +174,28 @@ def test_the_administration(come: Somebody, axe: Axe) -> None:
     axe.look(console, "admin-enrol-command")
 
 
+def test_a_drone_that_sends_too_much_and_the_shares(come: Somebody, axe: Axe) -> None:
+    console = entered(come, "admin", "/#/admin")
+    console.part("section-system").click()
+    expect(console.part("share-zones")).to_be_visible()
+    axe.look(console, "admin-shares")
+    console.part("section-drones").click()
+    console.part("drone-row").filter(has_text="Swift").get_by_role("button").click()
+    console.part("drone-restrain").click()
+    expect(console.part("restrain-dialog")).to_contain_text("Swift")
+    axe.look(console, "admin-restrain")
+    console.part("restrain-quarantined").check()
+    axe.look(console, "admin-restrain-quarantined")
+    console.part("restrain-take").click()
+    expect(console.page.get_by_role("dialog")).to_have_count(0)
+    console.part("drone-row").filter(has_text="Swift").get_by_role("button").click()
+    console.part("drone-restrain").click()
+    expect(console.part("restraint-now")).to_be_visible()
+    axe.look(console, "admin-restraint")
+    console.part("restraint-lift").click()
+    expect(console.page.get_by_role("dialog")).to_have_count(0)
+
+
 def test_an_operator_who_comes_to_the_administration(come: Somebody, axe: Axe) -> None:
     console = entered(come, "alice", "/#/admin")
     expect(console.page.get_by_text("This page is for admins only.")).to_be_visible()

@@ -73,7 +73,7 @@ async def test_an_admin_changes_a_limit_and_it_counts_at_once(tmp_path: Path) ->
 
 
 async def test_what_is_no_limit(world: TowerWorld, root: httpx.AsyncClient) -> None:
-    for name, limit in (("zones", 0), ("zones", 10_000), ("writes", 5)):
+    for name, limit in (("zones", 0), ("zones", 10_000), ("writes", 49)):
         document = assert_problem(
             await root.put(f"{SHARES_PATH}/{name}", json={"limit": limit}), 422, "invalid-request"
         )
@@ -82,3 +82,20 @@ async def test_what_is_no_limit(world: TowerWorld, root: httpx.AsyncClient) -> N
     operator = await world.signed_in(await world.add_user("Anna"))
     assert_problem(await operator.get(SHARES_PATH), 403, "admins-only")
     assert_problem(await operator.put(f"{SHARES_PATH}/zones", json={"limit": 250}), 403, "admins-only")
+
+
+async def test_a_person_who_asks_too_much_is_told_to_wait_and_still_flies(tmp_path: Path) -> None:
+    async with start_tower(tmp_path, shares=((ShareName.WRITES, 50),)) as world:
+        anna = await world.add_user("Anna")
+        operator = await world.signed_in(anna)
+        other = await world.signed_in(await world.add_user("Ben"))
+        drone = await world.add_drone("Kestrel", anna)
+        world.tower.authenticator._requests._monotonic = lambda: 0.0
+        path = "/api/v1/me/preferences/x"
+        answers = [await operator.put(path, json={"n": number}) for number in range(51)]
+        assert_problem(answers[-1], 429, "too-many-requests")
+        assert int(answers[-1].headers["Retry-After"]) >= 1
+        assert answers[0].status_code == 204
+        acquired = await operator.post(f"/api/v1/drones/{drone.id}/control/acquire", json={})
+        assert acquired.status_code != 429
+        assert (await other.put(path, json={"n": 1})).status_code == 204

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Final, Literal
 
-from fastapi import APIRouter, Path, Query
+from fastapi import APIRouter, Path, Query, Response
 from pydantic import AwareDatetime
 
 from server.alerts.core.refusals import MayNotAcknowledge, UnknownAlert
@@ -19,6 +19,7 @@ from server.audit.store.trail import Actor
 from server.fleet.core.views import UserRefView
 from server.http.access import Pilot, Viewer
 from server.http.dependencies import AddressDep, AlertWriterDep, DatabaseDep, HubDep
+from server.http.long_list import long_list
 from server.http.problem_docs import answers
 from server.kernel.access import NotSignedIn, SessionExpired
 from server.runtime.request_id import current_request_id
@@ -30,7 +31,7 @@ MAX_ID: Final = 2**53 - 1
 AlertPath = Annotated[int, Path(ge=0, le=MAX_ID)]
 
 
-@router.get("")
+@router.get("", response_model=list[AlertView])
 async def get_alerts(
     principal: Viewer,
     hub: HubDep,
@@ -45,7 +46,7 @@ async def get_alerts(
     until: Annotated[AwareDatetime | None, Query(description="Opened before")] = None,
     before: Annotated[int | None, Query(ge=0, le=MAX_ID, description="Only alerts after this one in the list")] = None,
     limit: Annotated[int, Query(ge=1, le=500)] = 100,
-) -> list[AlertView]:
+) -> Response:
     """Lists the alerts of your squad, the newest first; admins also get those of the tower itself. For the next page,
     set `before` to the last id. An alert must match all given parameters."""
     squad = frozenset(int(drone.drone_id) for drone in hub.squads.drones(principal.user_id, principal.role))
@@ -67,7 +68,7 @@ async def get_alerts(
 
     in_memory = [*hub.alerts.live(), *writer.waiting()]
     rows = await list_alerts(database, wanted, in_memory=in_memory, may_know=may_know, before=before, limit=limit)
-    return [_view(row) for row in rows]
+    return await long_list(map(_view, rows))
 
 
 @router.get("/rules")

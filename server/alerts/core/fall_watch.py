@@ -136,4 +136,6 @@ def _tilt(attitude: bytes | None) -> float:
     if attitude is None:
         return 0.0
     _, roll, pitch = _ATTITUDE.unpack_from(payload(attitude).ljust(12, b"\0"))
+    if not (math.isfinite(roll) and math.isfinite(pitch)):
+        return 0.0
     return math.acos(max(-1.0, min(1.0, math.cos(roll) * math.cos(pitch))))

@@ -6,6 +6,7 @@ come since: the rules run twice a second, however fast a drone sends.
 
 from collections import deque
 from collections.abc import Callable
+from math import isfinite, isnan
 from struct import Struct
 from typing import Any, Final, NamedTuple
 
@@ -306,7 +307,7 @@ class KeptTelemetry:
 
     def _vibration(self, content: bytes, _: int) -> None:
         _, *axes = _VIBRATION_FIELDS.unpack_from(content.ljust(_VIBRATION_FIELDS.size, b"\0"))
-        self.vibration_m_s2 = max(axes)
+        self.vibration_m_s2 = max(filter(isfinite, axes), default=None)
 
     def _fence(self, content: bytes, _: int) -> None:
         content = content.ljust(9, b"\0")
@@ -322,6 +323,7 @@ def autopilot_of(heartbeat: bytes) -> int:
 def _fault(ratios: list[float], flags: int, limit: float) -> str:
     if flags & _NEEDED != _NEEDED:
         return "no attitude or height"
+    ratios = [0.0 if isnan(ratio) else ratio for ratio in ratios]  # PX4's word for what it does not measure
     worst = max(range(len(_PARTS)), key=lambda index: ratios[index])
     return f"bad {_PARTS[worst]}" if ratios[worst] >= limit else ""
 

@@ -188,7 +188,10 @@ class AlertService:
         self._part = (self._part + 1) % PARTS
         for drone_id, drone in self._state.drones.items():
             if drone_id % PARTS == self._part:
-                self._look(drone, now)
+                try:
+                    self._look(drone, now)
+                except Exception as error:
+                    self._state.on_fault("alerts", drone_id, error)
         if self._part == 0:
             self._look_at_tower(now)
             self._look_at_pairs()

@@ -14,6 +14,7 @@ from server.alerts.core.severity import Severity
 from server.alerts.store.tables import AlertRow
 from server.alerts.store.writer import row_of
 from server.storage.database import Database, DatabaseSession
+from server.storage.in_slices import in_slices
 
 ROWS_AT_ONCE: Final = 500
 MAX_PAGES: Final = 10
@@ -116,7 +117,7 @@ async def _page(
     if place is not None:
         at, number = place
         query = query.where(AlertRow.opened_at <= at, or_(AlertRow.opened_at < at, AlertRow.id < number))
-    return (await session.scalars(query)).all()
+    return [row for (row,) in await in_slices(session, query)]
 
 
 async def _place(database: Database, alert_id: int, newest: dict[int, AlertRow]) -> tuple[datetime, int] | None:

@@ -37,34 +37,18 @@ class SafetyWatch:
         flying: set[UserId] = set()
         for drone in list(self._state.drones.values()):
             lease = drone.lease
-            # Nobody flies most drones of a large fleet: ten times a second they cost no more than these lines. Lease
-            # and record are frozen, so the same ones still say that.
-            if lease is drone.settled_lease and drone.record is drone.settled_record:
-                link = drone.link
-                if link is not None and link.wants_time(now):
-                    self._watch_link(drone, now)
-                continue
-            if (
-                lease.holder is None
-                and lease.assistant is None
-                and not lease.offered
-                and not drone.record.loans
-                and now > drone.close_until
-            ):
-                # After this last look, which takes everything back.
-                drone.settled_lease, drone.settled_record = lease, drone.record
-            else:
-                drone.settled_lease = None
+            try:
+                # Nobody flies most drones of a large fleet: ten times a second they cost no more than these lines.
+                # Lease and record are frozen, so the same ones still say that.
+                if lease is drone.settled_lease and drone.record is drone.settled_record:
+                    link = drone.link
+                    if link is not None and link.wants_time(now):
+                        self._watch_link(drone, now)
+                    continue
                 flying.update(user.id for user in (lease.holder, lease.assistant) if user is not None)
-            self._watch_link(drone, now)
-            if drone.place is not Place.HERE:
-                continue  # its home watches over it
-            self.note_presence(drone, now)
-            self._watch_holder(drone, now)
-            self._watch_round_trip(drone, now)
-            self._watch_turn_and_offer(drone, now)
-            if drone.record.loans:
-                self._watch_loan(drone, now)
+                self._watch(drone, now)
+            except Exception as error:
+                self._state.on_fault("safety", drone.drone_id, error)
         for browser in list(self._state.browsers.values()):
             for notice in browser.refusals.due(now):
                 browser.notify(notice)
@@ -72,6 +56,29 @@ class SafetyWatch:
                 sequence = browser.trip.ping_due(now)
                 if sequence is not None:
                     browser.notify(live.Ping(sequence))
+
+    def _watch(self, drone: LiveDrone, now: float) -> None:
+        lease = drone.lease
+        if (
+            lease.holder is None
+            and lease.assistant is None
+            and not lease.offered
+            and not drone.record.loans
+            and now > drone.close_until
+        ):
+            # After this last look, which takes everything back.
+            drone.settled_lease, drone.settled_record = lease, drone.record
+        else:
+            drone.settled_lease = None
+        self._watch_link(drone, now)
+        if drone.place is not Place.HERE:
+            return  # its home watches over it
+        self.note_presence(drone, now)
+        self._watch_holder(drone, now)
+        self._watch_round_trip(drone, now)
+        self._watch_turn_and_offer(drone, now)
+        if drone.record.loans:
+            self._watch_loan(drone, now)
 
     def note_presence(self, drone: LiveDrone, now: float) -> None:
         """Checks whether the holder is present, and tells the agent about a change."""
@@ -108,7 +115,7 @@ class SafetyWatch:
         if drone.online and not drone.link.is_heard(now):
             drone.online = False
             drone.silent(self._state.clock())
-            self._state.publish_drone(drone)
+            self._state.publish_soon(drone)
 
     def _watch_holder(self, drone: LiveDrone, now: float) -> None:
         holder_id = drone.holder_id

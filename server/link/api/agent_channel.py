@@ -346,6 +346,8 @@ class AgentChannel:
             if not self._has_told_malformed:
                 self._has_told_malformed = True
                 _log.warning("agent_message_dropped", drone_id=link.drone_id, why=str(error)[:200])
+        except Exception as error:
+            self._hub.state.on_fault("reports", link.drone_id, error)
 
     def _datagram(self, link: AgentLink, datagram: bytes) -> None:
         """Handles a datagram tunnelled in the channel, with the same checks as UDP. A channel carries those of its own
@@ -356,6 +358,8 @@ class AgentChannel:
             self._hub.datagram(datagram, link.link_id, OVER_CHANNEL, time.monotonic())
         except Dropped as dropped:
             self._hub.state.drops[dropped.reason] += 1
+        except Exception as error:
+            self._hub.state.on_fault("datagrams", link.drone_id, error)
 
     async def _send(self) -> None:
         """Sends messages first, then datagrams that have no other path, as fast as the agent reads."""

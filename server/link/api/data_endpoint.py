@@ -133,6 +133,9 @@ class DataEndpoint:
             self._hub.datagram(datagram, link_id, address[:2], now)
         except Dropped as dropped:
             self._hub.state.drops[dropped.reason] += 1
+        except Exception as error:  # it costs this datagram, and not the socket of all drones
+            link = self._hub.state.links.get(link_id)
+            self._hub.state.on_fault("datagrams", None if link is None else link.drone_id, error)
         return True
 
     def send(self, datagram: bytes, address: tuple[str, int]) -> None:

@@ -8,6 +8,7 @@ from typing import Final
 
 from server.anonymous.core.budget import AnonymousBudget
 from server.link.api.data_endpoint import DataEndpoint, open_data_endpoint
+from server.link.api.fault_log import FaultLog
 from server.link.core.close_drones import close_addresses
 from server.live.hub import Hub
 from server.runtime.aligned_timers import rest
@@ -23,6 +24,7 @@ async def running_relay(
 ) -> AsyncIterator[DataEndpoint]:
     """Opens the data channel's socket and runs the hub's periodic work. `may_act`: called before anything is sent to an
     agent. Raises OSError if the port is in use."""
+    hub.state.on_fault = FaultLog(hub.state.traffic).note
     endpoint = await open_data_endpoint(hub, host, port, anonymous)
     endpoint.may_act = may_act
     hub.video.fan_out.later = _soon
@@ -47,8 +49,13 @@ async def _beat(hub: Hub, endpoint: DataEndpoint) -> None:
         now = time.monotonic()
         hub.state.traffic.loop_late.observe(max(0.0, now - due_at))
         hub.tick(now)
+        while hub.state.publish_waiting():  # noqa: ASYNC110
+            await asyncio.sleep(0)
         endpoint.follow(close_addresses(hub.state))
         ticks += 1
         if ticks % TICKS_A_SECOND == 0:
-            hub.each_second(time.monotonic())
+            try:
+                hub.each_second(time.monotonic())
+            except Exception as error:
+                hub.state.on_fault("noise", None, error)
             search.check(now, flown_by_hand=hub.state.anybody_flies_by_hand(now))

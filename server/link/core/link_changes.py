@@ -77,7 +77,7 @@ class LinkChanges:
         drone = self._state.drones.get(link.drone_id)
         if drone is not None and drone.link is link:
             drone.forget_link(self._state.clock())
-            self._state.publish_drone(drone)
+            self._state.publish_soon(drone)
 
     def lose_channel(self, link: AgentLink, now: float) -> bool:
         """The control channel of a link has broken off. Whether that was the link's end."""

@@ -39,6 +39,7 @@ class Traffic:
         "datagrams_from_agents",
         "datagrams_to_agents",
         "down",
+        "faults",
         "frames_from_agents",
         "frames_from_browsers",
         "frames_lost",
@@ -72,6 +73,8 @@ class Traffic:
         self.control_events: Counter[str] = Counter()
         self.refusals: Counter[str] = Counter()
         self.browser_closes: Counter[int] = Counter()
+        self.faults: Counter[str] = Counter()
+        """Errors of ours that cost one drone one look, by part."""
         self.separation: Counter[str] = Counter()
         """Separation alerts by level, counted each time that people are notified of another one."""
         self.up = Histogram()

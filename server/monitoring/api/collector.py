@@ -109,6 +109,7 @@ class RelayCollector(Collector):
         yield histogram_family(
             "tower_up_latency_seconds", "Agent's socket to browser's socket, frames due at once", traffic.up
         )
+        yield _by("tower_faults", "Errors of the tower that others did not notice", "part", traffic.faults)
         yield _by("tower_loop_held_seconds", "Time for which the event loop stood still", "where", dict(self._held_s))
         yield histogram_family("tower_down_latency_seconds", "Browser's socket to agent's socket", traffic.down)
         yield histogram_family("tower_loop_late_seconds", "How late the hub's clock beats", traffic.loop_late)

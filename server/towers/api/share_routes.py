@@ -54,8 +54,8 @@ class SharedView(BaseModel):
     what: str
     whose: Whose
     beyond: Annotated[str, Field(description="What happens to who asks for more")]
-    limit: Annotated[int | None, Field(description="null: it has turns, and needs none")]
-    default: int | None
+    limit: int
+    default: int
     least: int
     most: int
     changed_by: Annotated[str | None, Field(description="The admin who chose the limit; null: it is the default")]
@@ -98,7 +98,8 @@ async def change_share(
     """Changes the limit of a share, at every tower within a second. What is used already stays. The answer says nothing
     of who uses it."""
     async with database.writing() as session:
-        await change_limit(session, share_name, body.limit, action=audit.action(admin))
+        default = hub.state.shares.default(share_name)
+        await change_limit(session, share_name, body.limit, default=default, action=audit.action(admin))
     await roster.refresh()
     return next(one for one in await _views(database, hub, {}) if one.name is share_name)
 
@@ -158,8 +159,8 @@ def _view(
         what=share.what,
         whose=share.whose,
         beyond=share.beyond,
-        limit=None if share.default is None else hub.state.shares.limit(name),
-        default=share.default,
+        limit=hub.state.shares.limit(name),
+        default=hub.state.shares.default(name),
         least=share.least,
         most=share.most,
         changed_by=chosen.changed_by if chosen else None,

@@ -150,7 +150,9 @@ def test_a_report_of_its_own_counts_more_than_the_summary() -> None:
 
 def test_hostile_values_are_survived() -> None:
     assert heard(ekf(math.nan, math.nan, math.nan, math.nan)).estimator_fault == ""
-    assert heard(vibration(math.inf, 0.0, 0.0)).vibration_m_s2 == math.inf
+    assert heard(vibration(math.inf, math.nan, 7.0)).vibration_m_s2 == 7.0
+    assert heard(vibration(math.inf, math.nan, math.nan)).vibration_m_s2 is None
+    assert heard(ekf(math.nan, math.inf, 0.0, 0.0)).estimator_fault == "bad position"
     for number in range(256):
         telemetry = heard(battery(number, 3))
     assert telemetry.battery_charge == 3

@@ -64,6 +64,8 @@ def test_the_database_url_gets_its_driver(given: str, used: str) -> None:
         ("TOWER_ARGON2_CONCURRENCY", "0"),
         ("TOWER_ARGON2_MEMORY_KIB", "64"),
         ("TOWER_LOG_FORMAT", "xml"),
+        ("TOWER_SHARES", "zoens=80"),
+        ("TOWER_SHARES", "zones=100000"),
         ("TOWER_DISK_LOW_MB", "-1"),
         ("TOWER_CERTIFICATE_ADDRESS", "proxy"),
         ("TOWER_CERTIFICATE_ADDRESS", "https://proxy:443"),

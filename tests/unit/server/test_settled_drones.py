@@ -7,7 +7,9 @@ from safety_scene import ADMIN, ALICE, HELD, ONE
 
 from server.kernel.fleet import LoanRecord
 from server.link.core.agent_link import SILENT_AFTER_S, AgentLink
+from server.live import live_messages as live
 from server.live.live_drone import LiveDrone
+from server.live.live_state import MAX_PUBLISHED_AT_ONCE
 from wire.ids import DroneId
 
 TICK_S = 0.1
@@ -89,3 +91,43 @@ def test_wants_time_is_what_its_parts_say() -> None:
         if tick % 7 == 0:
             world.hub.tick(now)
     assert seen == {True, False}
+
+
+def test_many_drones_that_fall_silent_at_once_are_told_in_slices() -> None:
+    """A machine with all their agents fails: in one piece a thousand of them stop the tower for a tenth of a second."""
+    world = HubWorld()
+    count = 3 * MAX_PUBLISHED_AT_ONCE + 5
+    world.apply(*(record(number, (1,)) for number in range(1, count + 1)))
+    for number in range(1, count + 1):
+        world.agent(number)
+    alice = world.browser(1)
+    world.hub.tick(1.0)
+    alice.events()
+    world.hub.tick(10.0)
+    assert not any(drone.online for drone in world.hub.state.drones.values())
+    told: list[int] = []
+    slices = 0
+    while True:
+        silent = [one.drone.id for one in alice.events() if isinstance(one, live.DroneChanged)]
+        assert len(silent) <= MAX_PUBLISHED_AT_ONCE
+        told += silent
+        slices += 1
+        if not world.hub.state.publish_waiting():
+            told += [one.drone.id for one in alice.events() if isinstance(one, live.DroneChanged)]
+            break
+    assert sorted(told) == list(range(1, count + 1))
+    assert slices >= 3
+
+
+def test_a_drone_that_is_removed_while_it_waits_is_told_of_no_more() -> None:
+    world = HubWorld()
+    count = MAX_PUBLISHED_AT_ONCE + 2
+    world.apply(*(record(number, (1,)) for number in range(1, count + 1)))
+    for number in range(1, count + 1):
+        world.agent(number)
+    alice = world.browser(1)
+    world.hub.tick(10.0)
+    world.apply(*(record(number, (1,)) for number in range(1, count)))
+    alice.events()
+    assert not world.hub.state.publish_waiting()
+    assert [one.drone.id for one in alice.events() if isinstance(one, live.DroneChanged)] == [count - 1]

@@ -6,6 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from server.http.request_shares import RequestShares, TooManyRequests
+from server.kernel.access import Action
 from server.kernel.fair_queue import FairQueue
 from server.kernel.shares import (
     MAX_NAMED,
@@ -17,12 +19,11 @@ from server.kernel.shares import (
     ShareName,
     Shares,
     check_limit,
+    read_limits,
 )
 from server.kernel.shares_table import shares_table
 from server.link.core.flood_gate import FloodGate, FloodLimits
 from wire.ids import UserId
-
-LIMITED = [one for one in SHARES.values() if one.default is not None]
 
 
 def test_the_documentation_has_the_same_table() -> None:
@@ -33,11 +34,11 @@ def test_the_documentation_has_the_same_table() -> None:
 
 def test_every_name_has_a_row_and_every_default_is_within_its_bounds() -> None:
     assert set(SHARES) == set(ShareName)
-    for share in LIMITED:
+    for share in SHARES.values():
         check_limit(share, share.default)
 
 
-@pytest.mark.parametrize("share", LIMITED, ids=lambda share: share.name)
+@pytest.mark.parametrize("share", SHARES.values(), ids=lambda share: share.name)
 def test_bounds(share: Share) -> None:
     for limit in (share.least, share.most, None):
         check_limit(share, limit)
@@ -46,11 +47,21 @@ def test_bounds(share: Share) -> None:
             check_limit(share, limit)
 
 
-def test_a_share_with_turns_has_no_limit() -> None:
-    with pytest.raises(BadShareLimit):
-        check_limit(SHARES[ShareName.WRITES], 5)
-    with pytest.raises(KeyError):
-        Shares().limit(ShareName.WRITES)
+@pytest.mark.parametrize(
+    "text",
+    ["zoens=80", "zones", "zones=", "zones=1e3", "zones=-1", "zones=0", "zones=251", "zones=80,zones=90", "=5", ","],
+)
+def test_a_default_of_a_tower_that_is_none(text: str) -> None:
+    with pytest.raises(ValueError, match=r"^must "):
+        read_limits(text)
+
+
+def test_a_tower_may_have_other_defaults() -> None:
+    shares = Shares(read_limits(" zones=80, operations = 200"))
+    assert (shares.limit(ShareName.ZONES), shares.limit(ShareName.OPERATIONS)) == (80, 200)
+    assert shares.limit(ShareName.IMPORTS) == SHARES[ShareName.IMPORTS].default
+    shares.apply({"zones": 7})
+    assert (shares.limit(ShareName.ZONES), shares.default(ShareName.ZONES)) == (7, 80)
 
 
 def test_what_an_admin_chose_counts_until_it_is_taken_back() -> None:
@@ -110,3 +121,35 @@ def test_a_queue_whose_share_shrinks_drops_the_oldest_of_the_same_one(puts: list
         assert waiting[whose] <= share
         assert {one: count for one, count in waiting.items() if one != whose} == others
         assert len(queue) == sum(waiting.values())
+
+
+def test_requests_of_one_person_have_a_limit_and_those_that_fly_have_none() -> None:
+    now = [0.0]
+    shares = Shares({ShareName.REQUESTS: 20, ShareName.WRITES: 5})
+    requests = RequestShares(shares, lambda: now[0])
+    alice, bob = UserId(1), UserId(2)
+    for _ in range(5):
+        requests.admit(alice, Action.CHANGE_PREFERENCES, "PUT")
+    with pytest.raises(TooManyRequests) as refused:
+        requests.admit(alice, Action.CHANGE_PREFERENCES, "PUT")
+    assert refused.value.retry_after_s == pytest.approx(2.0)
+    for _ in range(14):
+        requests.admit(alice, Action.SEE_DRONE, "GET")
+    with pytest.raises(TooManyRequests):
+        requests.admit(alice, Action.SEE_DRONE, "GET")
+    for method in ("POST", "GET"):
+        requests.admit(alice, Action.FLY, method)
+        requests.admit(alice, Action.COMMAND, method)
+        requests.admit(bob, Action.SEE_DRONE, method)
+    now[0] += 10.0
+    requests.admit(alice, Action.CHANGE_PREFERENCES, "PUT")
+
+
+def test_a_limit_of_requests_that_an_admin_changes_counts_at_once() -> None:
+    shares = Shares({ShareName.REQUESTS: 1})
+    requests = RequestShares(shares, lambda: 0.0)
+    requests.admit(UserId(1), Action.SEE_DRONE, "GET")
+    with pytest.raises(TooManyRequests):
+        requests.admit(UserId(1), Action.SEE_DRONE, "GET")
+    shares.apply({"requests": 300})
+    requests.admit(UserId(1), Action.SEE_DRONE, "GET")

@@ -66,7 +66,10 @@ class AircraftService:
         """Some ten times a second."""
         for _ in range(min(READ_A_TICK, len(self._pending))):
             drone_id, (frame, at) = self._pending.pop()
-            self._take(drone_id, frame, at)
+            try:
+                self._take(drone_id, frame, at)
+            except Exception as error:
+                self._state.on_fault("aircraft", drone_id, error)
         if now - self._looked_at < LOOK_S / PARTS:
             return
         self._looked_at = now

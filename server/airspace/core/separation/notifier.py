@@ -127,7 +127,10 @@ class SeparationNotifier:
         self._motion_part = (self._motion_part + 1) % _PARTS
         for drone_id, drone in self._state.drones.items():
             if drone_id % _PARTS == self._motion_part:
-                self._check_motion(drone, now)
+                try:
+                    self._check_motion(drone, now)
+                except Exception as error:
+                    self._state.on_fault("separation", drone_id, error)
 
     def _check_motion(self, drone: LiveDrone, now: float) -> None:
         frame = drone.position_frame
@@ -137,7 +140,7 @@ class SeparationNotifier:
         if motion is None:
             return
         if drone.motion_check.check(motion, boot_s_in(frame), now):
-            self._state.publish_drone(drone)
+            self._state.publish_soon(drone)
             why = drone.motion_check.why
             if why is not None and drone.armed is not False:
                 self._state.on_event(MotionSuspected(drone.drone_id, why))

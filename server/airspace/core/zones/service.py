@@ -89,11 +89,14 @@ class ZoneService:
         self._on_board.tell()
         if not self._indexes:
             return
-        for drone in self._state.drones.values():
+        for drone_id, drone in self._state.drones.items():
             # No new position: what was last known stays. Silence does not mean that it left.
             due = drone.zone_watch.checked_at + 0.9 / CHECKS_PER_S
             if drone.zones and now >= due and drone.position_at > drone.zone_watch.checked_at:
-                self._check(drone, now)
+                try:
+                    self._check(drone, now)
+                except Exception as error:
+                    self._state.on_fault("zones", drone_id, error)
 
     def _renew(self) -> None:
         at = self._state.clock()

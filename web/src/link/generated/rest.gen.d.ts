@@ -4730,10 +4730,9 @@ export interface components {
             readonly changed_at: string | null;
             /** @description The admin who chose the limit; null: it is the default */
             readonly changed_by: string | null;
-            readonly default: number | null;
+            readonly default: number;
             readonly least: number;
-            /** @description null: it has turns, and needs none */
-            readonly limit: number | null;
+            readonly limit: number;
             readonly most: number;
             readonly name: components["schemas"]["ShareName"];
             /** @description `used` is that of the last minute or two, and not of now */
