@@ -129,7 +129,15 @@ class ConsolePage:
         self.page.get_by_role("link", name=f"Open {name}").click()
         expect(self.part("value-mode")).to_be_visible()
 
+    def open_panel(self, panel: str) -> None:
+        """A panel of the flight screen, unless it is open: on a narrow one they are closed, and open one at a time."""
+        switch = self.part(f"panel-{panel}")
+        if switch.get_attribute("aria-expanded") == "false":
+            switch.click()
+        expect(self.part(f"sheet-{panel}")).to_be_visible()
+
     def acquire(self, name: str) -> None:
+        self.open_panel("commands")
         self.part("control-acquire").click()
         expect(self.part("blocked-reason")).to_contain_text(f"You fly {name}")
         self.read_loss_check(name)
@@ -216,7 +224,9 @@ class ConsolePage:
         expect(self.part("map-menu")).to_be_visible()
 
     def word(self, name: str) -> str:
-        return self.part(f"value-{name}").get_attribute("data-value") or ""
+        """A value of the page's drone: among the chosen ones, or in the flight bar."""
+        shown = self.page.locator(f"[data-testid='value-{name}'], [data-of='{name}']")
+        return shown.first.get_attribute("data-value") or ""
 
     def number(self, name: str) -> float:
         text = self.word(name)

@@ -28,7 +28,7 @@ THEMES_AT: Final[dict[int, tuple[Theme, ...]]] = {
 """In the short tier. The long one looks at each page in each theme at each size."""
 PAGES: Final = {
     "": "squad-row",
-    "drone/1": "value-mode",
+    "drone/1": "bar-state",
     "drone/1/parameters": "parameter-row",
     "drone/1/logs": "list-logs",
     **{f"drone/1/setup/{one}": f"setup-{one}" for one in ("sensors", "radio", "motors", "failsafes", "reboot")},

@@ -30,8 +30,14 @@ MISSION: Final = [
     *([16, 3, [0, 0, 0, None], 473977000 + step * 90000, 85456000, 20, 1] for step in (1, 2)),
 ]
 """Kilometres long: it is flown for minutes."""
-DIALOGS: Final = ("open-settings", "open-keys", "stick-setup", "rehearse", "action-arm")
-"""The buttons of the Control page that open one each."""
+DIALOGS: Final = {
+    "open-settings": "checks",
+    "open-keys": None,
+    "stick-setup": "commands",
+    "rehearse": "checks",
+    "action-arm": "commands",
+}
+"""The buttons of the Control page that open one each, and their panel."""
 TAKES_TEXT: Final = "input:is([type=text], [type=search], :not([type]))"
 ELSEWHERE: Final = {
     "#/": (("user-menu",), ("choose-all", "squad-hold")),
@@ -165,7 +171,11 @@ def test_hold_works_with_every_dialog_open_at_three_sizes(come: Somebody, field:
     dialog = alice.page.get_by_role("dialog")
     for number, (width, height) in enumerate(SIZES):
         alice.page.set_viewport_size({"width": width, "height": height})
-        for at, opener in enumerate(DIALOGS):
+        for at, (opener, panel) in enumerate(DIALOGS.items()):
+            if panel:
+                alice.open_panel(panel)
+            elif alice.part("view-more").is_visible() and not alice.part(opener).is_visible():
+                alice.part("view-more").click()
             alice.part(opener).click()
             expect(dialog).to_be_visible()
             # Each dialog at each size, with each press at one of them; the long tier with each at all.

@@ -145,6 +145,7 @@ def test_a_gamepad_flies_and_whatever_ends_it_means_hold(somebody: Somebody) -> 
 def test_touch_sticks_fly_and_spring_back(somebody: Somebody) -> None:
     alice = in_the_air(somebody, has_touch=True)
     alice.page.set_viewport_size({"width": 390, "height": 844})
+    alice.open_panel("commands")
     alice.part("manual-means").select_option("touch")
     begin(alice)
     expect(alice.part("bar-state")).to_contain_text("LOITER")

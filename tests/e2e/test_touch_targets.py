@@ -56,12 +56,23 @@ def test_every_target_is_as_large_as_a_finger(come: Somebody) -> None:
     page.keyboard.press("Escape")
 
     console.open("/#/drone/1")
-    expect(part("value-mode")).to_be_visible()
+    expect(part("bar-state")).to_be_visible()
     measured.look("control, free")
+    for panel in ("values", "link", "messages", "checks", "commands"):
+        console.open_panel(panel)
+        measured.look(f"control, {panel}")
     console.acquire("Kestrel")
     console.take_off("Kestrel", 8)
     measured.look("control, in flight")
-    for opener in ("open-settings", "open-keys", "rehearse", "action-disarm", "manual-toggle"):
+    part("view-more").click()
+    for opener, panel in (
+        ("open-settings", "checks"),
+        ("open-keys", "checks"),
+        ("rehearse", "checks"),
+        ("action-disarm", "commands"),
+        ("manual-toggle", "commands"),
+    ):
+        console.open_panel(panel)
         part(opener).click()
         expect(page.get_by_role("dialog")).to_be_visible()
         measured.look(f"control, {opener}")

@@ -35,8 +35,8 @@ COVERED: Final = """() => {
   // What is scrolled passes below the flight bar.
   const isScrolled = (one) => one !== null && (one.scrollTop > 0 || isScrolled(one.parentElement));
   const isPassing = (one, other) => isScrolled(one) && other.closest('[aria-label="Flight bar"]');
-  // Somebody opened the card over the map, and closes it.
-  const isOfCard = (other) => other.closest('[data-testid="drone-card"]');
+  // Somebody opened the card or a dialog over the map, and closes it.
+  const isOfCard = (other) => other.closest('[data-testid="drone-card"], [role=dialog]');
   return [...document.querySelectorAll('[data-testid=map] :is(button, a[href])')]
     .filter((one) => one.getClientRects().length > 0)
     .flatMap((one) => {

@@ -10,6 +10,10 @@ const THEMES = ['system', 'dark', 'light', 'contrast'] as const;
 /** `contrast`: black on white, readable in the sun. */
 export type ThemeChoice = (typeof THEMES)[number];
 
+/** The panels of the flight screen, as they stand: the first three on its left. */
+export const PANELS = ['values', 'link', 'messages', 'commands', 'checks'] as const;
+export type PanelName = (typeof PANELS)[number];
+
 export interface Preferences {
   theme: ThemeChoice;
   /** Takes effect when the page is loaded (languages/loading.ts). */
@@ -33,9 +37,9 @@ export interface Preferences {
   sightings: boolean;
   /** For each picture on the page of all videos. */
   wallQuality: QualityName;
-  /** Whether the Control page shows the panel of values, and that of commands. */
-  valuesPanel: boolean;
-  commandsPanel: boolean;
+  /** The panels of the flight screen that the user closed where it has room, and the open one where it has not. */
+  closedPanels: readonly PanelName[];
+  narrowPanel: PanelName | null;
 }
 
 const DEFAULTS: Preferences = {
@@ -52,11 +56,12 @@ const DEFAULTS: Preferences = {
   videoQuality: 'medium',
   sightings: true,
   wallQuality: 'low',
-  valuesPanel: true,
-  commandsPanel: true,
+  closedPanels: [],
+  narrowPanel: null,
 };
 
 export const isTheme = (value: unknown): value is ThemeChoice => THEMES.some((one) => one === value);
+const isPanel = (value: unknown): value is PanelName => PANELS.some((one) => one === value);
 const isQuality = (value: unknown): value is QualityName => QUALITIES.some((one) => one === value);
 
 function read(): Preferences {
@@ -67,7 +72,7 @@ function read(): Preferences {
     // The page starts even if storage is forbidden or corrupt.
   }
   const { theme, language, units, sound, speech, vibration, shortcuts, map, boardPlan } = stored;
-  const { video, videoQuality, sightings, wallQuality, valuesPanel, commandsPanel } = stored;
+  const { video, videoQuality, sightings, wallQuality, closedPanels, narrowPanel } = stored;
   return {
     theme: isTheme(theme) ? theme : DEFAULTS.theme,
     language: isLanguageChoice(language) ? language : DEFAULTS.language,
@@ -82,8 +87,8 @@ function read(): Preferences {
     videoQuality: isQuality(videoQuality) ? videoQuality : DEFAULTS.videoQuality,
     sightings: typeof sightings === 'boolean' ? sightings : DEFAULTS.sightings,
     wallQuality: isQuality(wallQuality) ? wallQuality : DEFAULTS.wallQuality,
-    valuesPanel: typeof valuesPanel === 'boolean' ? valuesPanel : DEFAULTS.valuesPanel,
-    commandsPanel: typeof commandsPanel === 'boolean' ? commandsPanel : DEFAULTS.commandsPanel,
+    closedPanels: Array.isArray(closedPanels) ? closedPanels.filter(isPanel) : DEFAULTS.closedPanels,
+    narrowPanel: isPanel(narrowPanel) ? narrowPanel : DEFAULTS.narrowPanel,
   };
 }
 

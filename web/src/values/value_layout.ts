@@ -57,6 +57,11 @@ const USUAL_IDS = [
 
 export const itemOf = (id: string): ValueItem => ({ id, size: 'small', look: 'number', low: null, high: null });
 export const USUAL_LAYOUT: Layout = USUAL_IDS.map(itemOf);
+/** What the flight bar and the attitude indicator show. */
+const IN_BAR: ReadonlySet<string> = new Set([
+  ...['altitude', 'climb', 'speed', 'heading', 'battery', 'battery-left', 'distance-to-home', 'link'],
+]);
+const LAYOUT_BESIDE_BAR: Layout = USUAL_LAYOUT.filter(({ id }) => !IN_BAR.has(id));
 export const NO_CHOICES: ValueChoices = { kinds: {}, saved: [] };
 
 const oneOf = <T extends string>(all: readonly T[], value: unknown, usual: T): T =>
@@ -104,7 +109,9 @@ export function readChoices(document: unknown): ValueChoices {
   };
 }
 
-export const layoutOf = ({ kinds }: ValueChoices, kind: string): Layout => kinds[kind] ?? USUAL_LAYOUT;
+/** `isBesideBar`: a user who chose nothing sees there what the bar and the instruments do not show. */
+export const layoutOf = ({ kinds }: ValueChoices, kind: string, isBesideBar = false): Layout =>
+  kinds[kind] ?? (isBesideBar ? LAYOUT_BESIDE_BAR : USUAL_LAYOUT);
 
 /** Null: as usual. */
 export function withLayout(choices: ValueChoices, kind: string, layout: Layout | null): ValueChoices {
