@@ -13,6 +13,8 @@ from onboard_agent.autopilot.answers import TIMESYNC, Answers
 from onboard_agent.autopilot.autopilot_state import DESCRIBES, AutopilotEvent, AutopilotView
 from onboard_agent.autopilot.inquiry import READ, Inquiry
 from onboard_agent.autopilot.intent import INTERESTING
+from onboard_agent.autopilot.missed_events import READS as EVENTS
+from onboard_agent.autopilot.missed_events import MissedEvents
 from onboard_agent.autopilot.motion import READ as MOVES
 from onboard_agent.autopilot.motion import Motion
 from onboard_agent.autopilot.own_frames import FrameMaker, answers_agent_alone, may_answer_agent
@@ -46,7 +48,7 @@ from wire.control_messages import (
     Welcome,
 )
 from wire.controllers import ControllerWork
-from wire.dialect import EVENT, decode, mavlink
+from wire.dialect import decode, mavlink
 from wire.drops import DropReason
 from wire.following import FollowWork, LeaderPosition
 from wire.frame_signing import is_signed
@@ -118,6 +120,7 @@ class Onboard:
         self.has_news = False
         """Whether something came that the tower should hear of before the next tick (`messages_to_tower`)."""
         self._gestures = GestureGuard()
+        self._events = MissedEvents(maker)
         self._watch = PilotWatch(now)
         self._person = PersonWatch()
         self._memory = HoldMemory(holds or NoHoldStore())
@@ -199,7 +202,8 @@ class Onboard:
             if self.autopilot.is_autopilot(system_id, component_id):
                 self.autopilot.anything_heard(now)
                 self._inquiry.heard(msgid, now)
-            if msgid == EVENT and self.autopilot.is_autopilot(system_id, component_id):
+            is_event = msgid in EVENTS and self.autopilot.is_autopilot(system_id, component_id)
+            if is_event and self._events.receive(msgid, frame, now):
                 self.autopilot.failsafe.event(frame, now)
             if msgid in _READ:
                 message = decode(frame)
@@ -290,6 +294,7 @@ class Onboard:
         self.stream.link_up(now)
         self._outbox.link_up(welcome.takes)
         self._work.link_up(welcome.takes)
+        self._events.link_up(now)
         self._work.epoch(self.downlink.epoch, now)
 
     def resumed(self) -> None:
@@ -436,6 +441,7 @@ class Onboard:
         if view.system_id is not None and view.heard:
             self._inquiry.follow(self.stream.profile)
             out += self._inquiry.due(now, vehicle_system_id=view.system_id)
+            out += self._events.due(now, vehicle_system_id=view.system_id)
             out += self._answers.due(now, autopilot_kind=view.kind, vehicle_system_id=view.system_id)
         view.hears_agent = self._answers.hears(now)
         out += self._work.due(now)

@@ -13,11 +13,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from real.real_px4 import Cable, RealPx4, flying_px4
 from worlds.free_ports import free_udp_ports
 from worlds.pilot import Pilot, at_the_controls, watching
 from worlds.processes import Visitor, World, wait_for
 
+from bench.real_px4 import Cable, RealPx4, flying_px4
 from wire.dialect import mavlink
 
 ALTCTL, POSCTL, ORBIT = 2 << 16, 3 << 16, 3 << 16 | 1 << 24

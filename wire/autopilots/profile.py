@@ -171,8 +171,8 @@ def _settled(values: Mapping[str, float]) -> float:
 class ArmingChecks(Protocol):
     """Why an autopilot does not arm."""
 
-    def take(self, frame: bytes) -> None:
-        """Takes an EVENT frame."""
+    def take(self, frame: bytes) -> bool:
+        """Takes an EVENT frame. Whether it is new: one that was missed comes late, and some come twice."""
 
     def reasons(self, custom_mode: int) -> tuple[str, ...]:
         """Why it does not arm in this flight mode."""

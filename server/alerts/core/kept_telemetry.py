@@ -213,9 +213,9 @@ class KeptTelemetry:
         family = registry.FAMILIES.get(self.autopilot)
         if family is None or family.make_checks is None:
             return
-        self.failsafe_told = family.read_failsafe(frame) or self.failsafe_told
         self.checks = self.checks or family.make_checks()
-        self.checks.take(frame)
+        if self.checks.take(frame):
+            self.failsafe_told = family.read_failsafe(frame) or self.failsafe_told
         self.fence_breach = self.checks.fence_breach
 
     def decode(self, now: float) -> None:
