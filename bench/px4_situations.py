@@ -18,8 +18,6 @@ POSCTL, OFFBOARD = (3, 0), (6, 0)
 LOITER, MISSION, RTL = (4, 3), (4, 4), (4, 5)
 WITHOUT_RECEIVER: Final = {"NAV_RCL_ACT": 2, "COM_RCL_EXCEPT": 7, "COM_OBL_RC_ACT": 5}
 """What the console sets, except the source of the sticks."""
-BENCH: Final = {"COM_DISARM_PRFLT": -1}
-"""The operator takes longer than PX4 waits for a take-off."""
 ASK_AGAIN_S: Final = 1.2
 SET_POINT_S: Final = 0.05
 _VELOCITY_ONLY: Final = 0b0000_1101_1100_0111
@@ -35,7 +33,7 @@ async def set_up_px4(drone: FlownDrone, stick_source: int) -> None:
     """Writes the console's set-up, and which sticks count, at its station's port."""
     assert isinstance(drone.autopilot, RealPx4)
     station = drone.autopilot.station
-    for name, value in {**WITHOUT_RECEIVER, **BENCH, "COM_RC_IN_MODE": stick_source}.items():
+    for name, value in {**WITHOUT_RECEIVER, "COM_RC_IN_MODE": stick_source}.items():
         await station.set_whole(name, value)
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
+import os
 from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Any, Final
@@ -21,6 +22,9 @@ from bench.rig import HOME, PASSWORD, Kind, Rig, free_udp_port, wait_for
 from bench.tap import ADMIN, OPERATOR, Tap
 
 SIMULATED: Final = Kind("ardupilot", radio=True)
+DRONES_OF_A_BENCH: Final = 16
+INSTANCES: Final = 10_000
+"""Numbers of PX4's instances, so that several benchmarks may fly at once."""
 BOOTS_AT_ONCE: Final = 2
 """A booting autopilot uses all the processor time that it gets."""
 
@@ -155,7 +159,11 @@ class FlownDrone:
     ) -> None:
         if is_px4(binary):
             self.autopilot = RealPx4(
-                binary, self.folder / "autopilot", receiver=receiver, parameters=parameters, number=self.drone_id
+                binary,
+                self.folder / "autopilot",
+                receiver=receiver,
+                parameters=parameters,
+                number=(os.getpid() * DRONES_OF_A_BENCH + self.drone_id) % INSTANCES,
             )
         else:
             self.autopilot = self._arducopter(binary, receiver, parameters, agent_on_second)

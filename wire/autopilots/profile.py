@@ -25,7 +25,7 @@ from wire.autopilots.pilot_command import PilotCommand
 from wire.autopilots.wanted_parameter import WantedParameter
 from wire.control_messages import LossParameters, SafetySettings
 from wire.dialect import mavlink
-from wire.firmware import Release
+from wire.firmware import Release, release_of
 from wire.open_holds import AfterSticks
 from wire.plan_fields import KeptFields
 from wire.transactions import CommandWork
@@ -236,6 +236,8 @@ class AutopilotFamily:
     enters the mode on a second request."""
     decides_later: bool = False
     """It accepts a target or a circle, and refuses it afterwards: by a text, or by another flight mode."""
+    counts_from_last_release: bool = False
+    """A development build bears the number of the release that it has grown from, not of the one to come."""
     station_parameters: tuple[str, ...] = ()
     """Names of the parameter that selects whose sticks it obeys."""
     stick_parameters: tuple[str, ...] = ()
@@ -282,6 +284,10 @@ class AutopilotFamily:
     """Mission commands that releases before this one refuse."""
     log_folders: tuple[bytes, ...] = ()
     """Where MAVLink FTP finds its flight logs: the first that exists counts."""
+
+    def release_of(self, flight_sw_version: int) -> Release | None:
+        """The newest release whose features the firmware surely has; None: not known."""
+        return release_of(flight_sw_version, counts_from_last=self.counts_from_last_release)
 
 
 @dataclass(frozen=True, kw_only=True)

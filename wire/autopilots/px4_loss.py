@@ -55,8 +55,8 @@ WITHOUT_RECEIVER: Final = (
 
 def is_simulated(values: Mapping[str, float]) -> bool:
     """A real board may have parameters whose name begins with SIM_. Only those count that switch a simulation on: in
-    the loop, on the board itself, or in Gazebo."""
-    return any(values.get(name, 0) > 0 for name in ("SYS_HITL", "SIM_GZ_EN"))
+    the loop, on the board itself, in Gazebo, or in its own simulation (SIH) in SITL, by its GPS."""
+    return any(values.get(name, 0) > 0 for name in ("SYS_HITL", "SIM_GZ_EN", "SENS_EN_GPSSIM"))
 
 
 def loss_sentences(parameters: LossParameters, safety: SafetySettings) -> Iterable[Sentence]:

@@ -153,6 +153,7 @@ _MODES: Final = (
     # Reported as a sub mode of POSCTL. It circles without sticks; sticks change the circle, centred sticks do not stop
     # it.
     replace(_mode("ORBIT", 3, 1, "ORBIT", None, settable=False), sticks=Sticks.ADJUST),
+    _mode("POSCTL_SLOW", 3, 2, "POSITION SLOW", _T.BY_HAND, centred=True, offered=False),
     _mode("AUTO.READY", _AUTO, 1, "READY", None, settable=False),
     _mode("AUTO.FOLLOW", _AUTO, 8, "FOLLOW", None, settable=False),
     # AUTO without a sub mode is the mission.
@@ -229,6 +230,7 @@ PX4: Final = AutopilotFamily(
     answers_timesync=True,
     accepts_modes_it_does_not_enter=True,
     decides_later=True,
+    counts_from_last_release=True,
     loss_parameters=(
         "COM_RC_IN_MODE",
         "COM_RC_LOSS_T",
@@ -242,6 +244,7 @@ PX4: Final = AutopilotFamily(
         "COM_FAIL_ACT_T",
         "SYS_HITL",
         "SIM_GZ_EN",
+        "SENS_EN_GPSSIM",
     ),
     deciding_parameters=("COM_RC_IN_MODE", "NAV_RCL_ACT", "NAV_DLL_ACT"),
     after_sticks=_after_sticks,

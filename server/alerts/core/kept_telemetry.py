@@ -15,6 +15,7 @@ from wire.autopilots import registry
 from wire.autopilots.failsafe_words import Failsafe
 from wire.autopilots.profile import ArmingChecks
 from wire.dialect import mavlink
+from wire.firmware import Release, release_of
 from wire.frames import payload
 
 STATUSTEXT: Final = mavlink.MAVLINK_MSG_ID_STATUSTEXT
@@ -207,6 +208,11 @@ class KeptTelemetry:
     def text(self, frame: bytes, now: float, *, armed: bool) -> None:
         """Takes a STATUSTEXT frame. Those of a disarmed autopilot are reasons against arming, and no alerts."""
         self._arrived.append((frame, now, armed))
+
+    def release_of(self, firmware: int) -> Release | None:
+        """The newest release whose features this firmware of the autopilot surely has."""
+        family = registry.FAMILIES.get(self.autopilot)
+        return release_of(firmware) if family is None else family.release_of(firmware)
 
     def event(self, frame: bytes) -> None:
         """Takes an EVENT frame."""
