@@ -14,10 +14,12 @@ import re
 import signal
 from collections.abc import Awaitable, Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Final
 
 import httpx
+from websockets.exceptions import InvalidStatus
 
 from bench.control_situations import (
     BESIDE,
@@ -239,7 +241,16 @@ async def _new_tower(squadron: Squadron) -> None:
         await drone.kill_agent()
     await squadron.start_tower()
     for person in people:
+        await wait_for(f"{person.name} to be live", partial(_is_live, person))
+
+
+async def _is_live(person: Person) -> bool:
+    """A tower that has just started refuses for some seconds while the machine is busy."""
+    try:
         await person.go_live()
+    except (InvalidStatus, OSError):
+        return False
+    return True
 
 
 async def _all(

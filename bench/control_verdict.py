@@ -21,6 +21,8 @@ SUNK_M: Final = 2.0
 GROUND_M: Final = 0.5
 IN_THE_AIR_M: Final = 1.5
 DRIFT_FOR_S: Final = 12.0
+LEFT_M: Final = 20.0
+"""A hold that is farther away after DRIFT_FOR_S has not stopped."""
 DUE_WITHIN_S: Final = 3.0
 """How much earlier or later than announced a return may begin."""
 COMES_DOWN: Final = frozenset({6, 9, 21})
@@ -135,6 +137,9 @@ def judge(record: Record) -> Verdict:
         wrong.append("nobody was there to be told")
     if came_down_at is not None and not record.standing:
         wrong += _mistimed(record, came_down_at)
+    drift_m = _drift(motions, stays_at, came_down_at)
+    if drift_m > LEFT_M:
+        wrong.append(f"went {drift_m:.1f} m away in a hold that stays")
     reported_at = min((at for at in announced.values() if at is not None), default=math.nan)
     last = motions[-1] if motions else None
     end_mode = table.name(modes[-1].custom_mode) if modes else "?"
@@ -144,7 +149,7 @@ def judge(record: Record) -> Verdict:
         wrong=tuple(wrong),
         held_s=_after(held_at, record.at),
         stays_s=_after(stays_at, record.at),
-        drift_m=_drift(motions, stays_at, came_down_at),
+        drift_m=drift_m,
         returned_s=_after(came_down_at, record.at),
         announced_s=max(reported_at - record.at, 0.0),
         lowest_m=min((motion.alt_m for motion in motions), default=math.nan),

@@ -21,6 +21,7 @@ from onboard_agent.autopilot.own_frames import FrameMaker, answers_agent_alone, 
 from onboard_agent.autopilot.presence import Presence
 from onboard_agent.autopilot.rates import RESEARCH
 from onboard_agent.autopilot.stick_gesture import GestureGuard
+from onboard_agent.autopilot.stop_behind_hold import StopBehindHold
 from onboard_agent.failsafe.after_restart import AfterRestart
 from onboard_agent.failsafe.failsafe import Failsafe
 from onboard_agent.failsafe.hold import Hold
@@ -121,6 +122,7 @@ class Onboard:
         """Whether something came that the tower should hear of before the next tick (`messages_to_tower`)."""
         self._gestures = GestureGuard()
         self._events = MissedEvents(maker)
+        self._stops = StopBehindHold(maker)
         self._watch = PilotWatch(now)
         self._person = PersonWatch()
         self._memory = HoldMemory(holds or NoHoldStore())
@@ -423,12 +425,14 @@ class Onboard:
             _log.warning("another autopilot, system %d, is on this line: make it a drone of its own", system_id)
         self.autopilot.other_systems = others
         self._to_autopilot += self._restart.due(now, self.hold)
-        self._failsafe.check(now, may_start=self._work.may_start)
+        silent_s = self._presence.station_silent_s(now)
+        self._failsafe.check(now, may_start=self._work.may_start, station_silent_s=silent_s)
         self._act_by_itself(now)
         self._to_autopilot += self._holder.sticks_to_keep(now, somebody_may_arm=self._holder_present)
         if self._restart.over:
             self._memory.keep(self._failsafe.record())
         view = self.autopilot
+        self._stops.is_due = view.airborne(now)
         out = self._to_autopilot
         out += self._presence.due(
             now,
@@ -449,7 +453,8 @@ class Onboard:
     def frames_to_autopilot(self) -> list[bytes]:
         """Frames to write to the autopilot now, in order."""
         frames, self._to_autopilot = self._to_autopilot, []
-        return frames
+        view = self.autopilot
+        return self._stops.add(frames, autopilot_kind=view.kind, vehicle_system_id=view.system_id)
 
     def frames_to_tower(self, now: float) -> list[bytes]:
         """Returns autopilot frames that waited for their interval, and the agent's answers in the autopilot's name."""

@@ -51,7 +51,7 @@ from wire.autopilots.px4_plans import Px4
 from wire.autopilots.vehicle_types import MULTICOPTERS
 from wire.dialect import mavlink
 from wire.firmware import Release
-from wire.open_holds import AfterSticks
+from wire.open_holds import AfterSticks, LostAction
 from wire.plan_fields import KeptFields
 
 _M: Final = mavlink
@@ -188,6 +188,13 @@ def _after_sticks(number: int, values: Mapping[str, float], without: bool) -> Af
     return _RCL_ACTIONS.get(int(action), _R.UNKNOWN)
 
 
+def _station_lost(values: Mapping[str, float], number: int, mission_is_over: bool) -> tuple[LostAction, float] | None:
+    if number in (_RTL.custom_mode, *_LANDINGS):
+        return None
+    over = mission_is_over and number == _MISSION.custom_mode
+    return px4_loss.station_lost(values, _RCL_EXCEPTIONS.get(number, 0), mission_is_over=over)
+
+
 def _keeping(vehicle_type: int, release: Release | None) -> KeptFields:
     return Px4()
 
@@ -229,6 +236,7 @@ PX4: Final = AutopilotFamily(
     shows_failsafe=True,
     answers_timesync=True,
     accepts_modes_it_does_not_enter=True,
+    flies_on_in=frozenset({_LOITER.custom_mode}),
     decides_later=True,
     counts_from_last_release=True,
     loss_parameters=(
@@ -236,6 +244,7 @@ PX4: Final = AutopilotFamily(
         "COM_RC_LOSS_T",
         "COM_DL_LOSS_T",
         "NAV_DLL_ACT",
+        "COM_DLL_EXCEPT",
         "NAV_RCL_ACT",
         "COM_RCL_EXCEPT",
         "COM_OBL_RC_ACT",
@@ -248,6 +257,7 @@ PX4: Final = AutopilotFamily(
     ),
     deciding_parameters=("COM_RC_IN_MODE", "NAV_RCL_ACT", "NAV_DLL_ACT"),
     after_sticks=_after_sticks,
+    station_lost=_station_lost,
     keeping=_keeping,
     mission_lacks=_NOT_IN_MISSIONS,
     mission_hides=frozenset({int(_M.MAV_CMD_DO_SET_HOME), int(_M.MAV_CMD_DO_LAND_START)}),

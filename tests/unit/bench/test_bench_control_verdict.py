@@ -158,3 +158,10 @@ def test_a_px4_is_judged_by_its_own_modes() -> None:
     assert words.endswith("in AUTO.LOITER")
     (words,) = judge(flight(sinking, (0.03, loiter), (20.0, landing), table=PX4)).wrong
     assert words == "admin was not told of the AUTO.LAND"
+
+
+def test_a_hold_that_flies_on_is_wrong() -> None:
+    still = straight(60, 25)
+    motions = [Motion(one.at, one.alt_m, 5.0, 0.0, 5.0 * max(one.at - 1.5, 0.0), 0.0) for one in still]
+    (words,) = judge(flight(motions, (0.03, ALT_HOLD), (1.5, BRAKE))).wrong
+    assert words.endswith("m away in a hold that stays")

@@ -187,3 +187,40 @@ def test_another_stations_sticks_are_no_receiver() -> None:
 def frame_of(message: Any, system_id: int) -> bytes:
     packer = mavlink.MAVLink(None, srcSystem=system_id, srcComponent=1)
     return bytes(message.pack(packer))
+
+
+def going_to(place_m: float = 400.0, **how: Any) -> HeldCopter:
+    """Towards a place in the north, in AUTO.LOITER, at some speed."""
+    world = up(**how)
+    world.hand = None
+    lat = HOME.lat_deg + place_m / 111_320
+    go = mavlink.MAVLink_command_int_message(
+        1,
+        1,
+        0,
+        mavlink.MAV_CMD_DO_REPOSITION,
+        0,
+        0,
+        -1,
+        1,
+        0,
+        math.nan,
+        round(lat * 1e7),
+        round(HOME.lon_deg * 1e7),
+        HOME.alt_amsl_m + UP_M,
+    )
+    world.send(go)
+    world.pass_until(lambda: of(world).body.vn_mps > 3.0)
+    return world
+
+
+@pytest.mark.parametrize("source", [0, 1, 3])
+@pytest.mark.parametrize("receiver", list(Receiver))
+def test_a_hold_ends_a_flight_to_a_target(receiver: Receiver, source: int) -> None:
+    world = going_to(receiver=receiver, parameters=SET_UP | {"COM_RC_IN_MODE": source})
+    world.take()
+    world.pass_time(12.0)
+    north_m = of(world).body.north_m
+    world.pass_time(10.0)
+    assert of(world).mode is Px4Mode.LOITER
+    assert abs(of(world).body.north_m - north_m) < 2.0
