@@ -194,22 +194,8 @@ def going_to(place_m: float = 400.0, **how: Any) -> HeldCopter:
     world = up(**how)
     world.hand = None
     lat = HOME.lat_deg + place_m / 111_320
-    go = mavlink.MAVLink_command_int_message(
-        1,
-        1,
-        0,
-        mavlink.MAV_CMD_DO_REPOSITION,
-        0,
-        0,
-        -1,
-        1,
-        0,
-        math.nan,
-        round(lat * 1e7),
-        round(HOME.lon_deg * 1e7),
-        HOME.alt_amsl_m + UP_M,
-    )
-    world.send(go)
+    place = (lat, HOME.lon_deg, HOME.alt_amsl_m + UP_M)
+    world.send(command(mavlink.MAV_CMD_DO_REPOSITION, -1, 1, 0, math.nan, *place))
     world.pass_until(lambda: of(world).body.vn_mps > 3.0)
     return world
 
