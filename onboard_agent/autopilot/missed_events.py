@@ -8,14 +8,16 @@ Rules, each tested:
 - All that the autopilot keeps is asked for once when it is first heard, when a link to a tower opens, and AGAIN_S after
   the last new event, because the way to the tower loses frames too.
 - What the autopilot says that it has no more is not asked for again.
+- A new event is followed by a request for a heartbeat. PX4 sends one a second; who disarms, or enters a failsafe, tells
+  an event at once.
 """
 
 from struct import Struct
 from typing import Any, Final
 
-from onboard_agent.autopilot.own_frames import FrameMaker, agent_sender
+from onboard_agent.autopilot.own_frames import FrameMaker, agent_sender, request_message
 from wire.autopilots.event_log import EventLog, ahead, before
-from wire.dialect import CURRENT_EVENT_SEQUENCE, EVENT, EVENT_ERROR, RequestEvent
+from wire.dialect import CURRENT_EVENT_SEQUENCE, EVENT, EVENT_ERROR, RequestEvent, mavlink
 from wire.frames import payload
 
 READS: Final = frozenset({EVENT, CURRENT_EVENT_SEQUENCE, EVENT_ERROR})
@@ -24,6 +26,8 @@ GAP_S: Final = 0.3
 ASK_EVERY_S: Final = 0.5
 ASK_TIMES: Final = 3
 AGAIN_S: Final = 3.0
+LOOK_EVERY_S: Final = 0.1
+"""Events come in bursts."""
 
 _CURRENT: Final = Struct("<HB")
 _ERROR: Final = Struct("<HHBBB")
@@ -43,6 +47,8 @@ class MissedEvents:
         self._gone: set[int] = set()
         self._ask_at = 0.0
         self._again_at: float | None = None
+        self._looks = False
+        self._look_at = 0.0
 
     def receive(self, msgid: int, frame: bytes, now: float) -> bool:
         """Whether the frame is an event that is new here."""
@@ -64,6 +70,16 @@ class MissedEvents:
 
     def due(self, now: float, *, vehicle_system_id: int) -> list[bytes]:
         """Requests to send now."""
+        return [*self._look(now, vehicle_system_id), *self._ask(now, vehicle_system_id)]
+
+    def _look(self, now: float, vehicle_system_id: int) -> list[bytes]:
+        if not self._looks or now < self._look_at:
+            return []
+        self._looks, self._look_at = False, now + LOOK_EVERY_S
+        ask = request_message(vehicle_system_id, mavlink.MAVLINK_MSG_ID_HEARTBEAT, confirmation=0)
+        return [self._maker.make(ask, agent_sender(vehicle_system_id))]
+
+    def _ask(self, now: float, vehicle_system_id: int) -> list[bytes]:
         if self._told is None or now < self._ask_at:
             return []
         if self._again_at is not None and now >= self._again_at:
@@ -87,6 +103,7 @@ class MissedEvents:
             self._restarted(keeps_log=True)
         self._tell(self._log.newest, now)
         self._again_at = now + AGAIN_S
+        self._looks = True
         return True
 
     def _tell(self, sequence: int, now: float) -> None:

@@ -14,7 +14,7 @@ from onboard_agent.autopilot.missed_events import (
     MissedEvents,
 )
 from onboard_agent.autopilot.own_frames import FrameMaker
-from wire.dialect import CRC_EXTRA, CURRENT_EVENT_SEQUENCE, EVENT, EVENT_ERROR, REQUEST_EVENT
+from wire.dialect import CRC_EXTRA, CURRENT_EVENT_SEQUENCE, EVENT, EVENT_ERROR, REQUEST_EVENT, decode, mavlink
 from wire.frame_stream import FrameStream
 from wire.frames import message_id, payload
 
@@ -30,6 +30,8 @@ def current(sequence: int, *, reset: bool = False) -> bytes:
 def ranges(frames: Iterable[bytes]) -> list[tuple[int, int]]:
     found = []
     for frame in frames:
+        if message_id(frame) == mavlink.MAVLINK_MSG_ID_COMMAND_LONG:
+            continue
         assert message_id(frame) == REQUEST_EVENT
         first, last, system, component = struct.unpack("<HHBB", payload(frame).ljust(6, b"\0"))
         assert (system, component) == (1, 1)
@@ -130,3 +132,12 @@ def test_an_autopilot_that_restarts_counts_anew() -> None:
     line.events.receive(CURRENT_EVENT_SEQUENCE, current(2, reset=True), line.now)
     assert line.asks(0.5)[:1] == [(65536 + 2 - KEPT_BY_AUTOPILOT + 1, 2)]
     assert line.events.receive(EVENT, event(2, 1), line.now)
+
+
+def test_a_heartbeat_is_asked_for_at_once_and_once_for_a_burst() -> None:
+    line = settled()
+    line.hear(51, 52, 53)
+    (ask,) = [decode(one) for one in line.events.due(line.now, vehicle_system_id=1)]
+    assert (ask.command, ask.param1) == (mavlink.MAV_CMD_REQUEST_MESSAGE, mavlink.MAVLINK_MSG_ID_HEARTBEAT)
+    line.hear(51, 52, 53)
+    assert line.events.due(line.now, vehicle_system_id=1) == []

@@ -44,6 +44,8 @@ class Line:
             self.server.update(self.now)
             for frame in self.agent.due(self.now, vehicle_system_id=1):
                 (request,) = self.codec.decode(frame)
+                if request.get_type() != "REQUEST_EVENT":
+                    continue
                 self.server.asked(request, (request.get_srcSystem(), request.get_srcComponent()))
 
     def report(self, failing: str | None) -> None:
