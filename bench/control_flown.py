@@ -322,6 +322,7 @@ async def _watch(drone: FlownDrone, flight: Flight, at: float) -> Verdict:
             present=frozenset(() if trigger.tower is not TowerEnds.NOT else (name for name, _ in people)),
             old_holder=trigger.old_holder,
             standing=trigger.tower is not TowerEnds.NOT or _is_foretold(drone, trigger),
+            has_agent=not trigger.foretold,
             table=ARDUCOPTER if flight.stick_source is None else PX4,
         )
     )

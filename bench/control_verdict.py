@@ -95,6 +95,8 @@ class Record:
     standing: bool = False
     """Everybody could read beforehand what the drone does without its tower: this announces it without a HoldView."""
     table: ModeTable = ARDUCOPTER
+    has_agent: bool = True
+    """Without one nobody can be told of a hold; that the drone is silent is told by the tower."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,7 +127,7 @@ def judge(record: Record) -> Verdict:
     wrong = [*_sinking(record, motions, modes, before)]
     if motions and motions[0].alt_m < IN_THE_AIR_M:
         wrong.append("it was not in the air when its pilot was lost")
-    wrong += _forgotten(record, modes)
+    wrong += _forgotten(record, modes) if record.has_agent else []
     announced = {who: _announced(record, who, came_down_at) for who in sorted(record.present)}
     if came_down_at is not None and not record.standing:
         wrong += [

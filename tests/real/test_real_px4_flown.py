@@ -207,6 +207,7 @@ async def test_a_hold_ends_a_go_to(px4_build: Path, tmp_path: Path, whose: str) 
         else:
             assert await flight.ask_admin("take") == 200
         await pilot.until(lambda: flight.speed_m_s < 0.5, "rest", 10)
+        await asyncio.sleep(8.0)  # it comes back to where it was to stop
         at = pilot.place_deg
         await asyncio.sleep(5.0)
         assert is_at(pilot, *at)()

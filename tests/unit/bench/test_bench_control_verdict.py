@@ -160,6 +160,13 @@ def test_a_px4_is_judged_by_its_own_modes() -> None:
     assert words == "admin was not told of the AUTO.LAND"
 
 
+@pytest.mark.parametrize(("has_agent", "wrong"), [(True, 1), (False, 0)])
+def test_nobody_tells_of_a_hold_without_an_agent(has_agent: bool, wrong: int) -> None:
+    told = (Announcement(0.2, "admin", None),)
+    record = flight(straight(120, 25), (0.03, ALT_HOLD), (1.5, BRAKE), reported=told, has_agent=has_agent)
+    assert len(judge(record).wrong) == wrong
+
+
 def test_a_hold_that_flies_on_is_wrong() -> None:
     still = straight(60, 25)
     motions = [Motion(one.at, one.alt_m, 5.0, 0.0, 5.0 * max(one.at - 1.5, 0.0), 0.0) for one in still]
