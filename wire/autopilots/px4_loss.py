@@ -85,11 +85,12 @@ def loss_sentences(parameters: LossParameters, safety: SafetySettings) -> Iterab
             f"The autopilot does the same {after_s:g} s after the tower, or the person at the controls, is gone in a "
             "mission or another flight by itself, whatever is set here.",
         )
+    silence_s = values.get("COM_DL_LOSS_T", 10.0)
     if link_action == 0 and station_lost(values, 0, mission_is_over=True) is not None:
         yield info(
             "tower",
-            f"Where a mission ends in the air with nobody at the controls, the autopilot returns to launch, "
-            f"{values.get('COM_DL_LOSS_T', 10.0):g} s after the last of them.",
+            f"Where a mission ends in the air with nobody at the controls for {silence_s:g} s, the autopilot returns to "
+            "launch.",
         )
     if link_action == 0:
         words = "NAV_DLL_ACT is 0: if the computer on board fails, the autopilot does not react to the loss"
