@@ -89,8 +89,8 @@ def loss_sentences(parameters: LossParameters, safety: SafetySettings) -> Iterab
     if link_action == 0 and station_lost(values, 0, mission_is_over=True) is not None:
         yield info(
             "tower",
-            f"Where a mission ends in the air with nobody at the controls for {silence_s:g} s, the autopilot returns to "
-            "launch.",
+            f"Where a mission ends in the air with nobody at the controls for {silence_s:g} s, the autopilot returns "
+            "to launch.",
         )
     if link_action == 0:
         words = "NAV_DLL_ACT is 0: if the computer on board fails, the autopilot does not react to the loss"
