@@ -111,7 +111,8 @@ def parse(words: list[str]) -> argparse.Namespace:
         "--autopilot",
         type=Path,
         metavar="PATH",
-        help="control: the flown table, missions, modes, failures: all of it, with this ArduCopter simulator",
+        help="control: the flown table, missions, modes, failures: all of it, with this ArduCopter simulator "
+        "(control: or this build of PX4)",
     )
     parser.add_argument(
         "--vehicles", type=Path, metavar="FOLDER", help="watched: an ArduPilot tree with its simulators built"

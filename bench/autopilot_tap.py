@@ -6,6 +6,7 @@ import contextlib
 import socket
 
 from bench.real_autopilot import RealAutopilot
+from bench.real_px4 import RealPx4
 from bench.tap import Tap
 from wire.frames import MalformedFrame, split_frames
 
@@ -13,7 +14,9 @@ from wire.frames import MalformedFrame, split_frames
 class AutopilotTap(Tap):
     """`motions` and `tilts` are the true values, from `autopilot.truth`."""
 
-    def __init__(self, agent: tuple[str, int], autopilot: RealAutopilot, *, bound_to: str = "127.0.0.1") -> None:
+    def __init__(
+        self, agent: tuple[str, int], autopilot: RealAutopilot | RealPx4, *, bound_to: str = "127.0.0.1"
+    ) -> None:
         """`bound_to`: an address of the host that can reach the agent."""
         super().__init__(agent)
         self._bound_to = bound_to

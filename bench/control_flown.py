@@ -10,21 +10,36 @@ import argparse
 import asyncio
 import itertools
 import math
+import re
+import signal
 from collections.abc import Awaitable, Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Final
 
 import httpx
+from websockets.exceptions import InvalidStatus
 
-from bench.control_situations import BESIDE, SITUATIONS, TRIGGERS, Situation, Trigger, put_mission, take_off
+from bench.control_situations import (
+    BESIDE,
+    ON_LINE,
+    SITUATIONS,
+    TRIGGERS,
+    Situation,
+    TowerEnds,
+    Trigger,
+    put_mission,
+    take_off,
+)
 from bench.control_timing import CASES, time_holds
-from bench.control_verdict import Announcement, Record, Verdict, judge
+from bench.control_verdict import ARDUCOPTER, PX4, Announcement, Record, Verdict, judge
 from bench.person import Person, Refused
+from bench.px4_situations import PX4_SITUATIONS, fly_px4, set_up_px4
 from bench.real_autopilot import NoAutopilot, Receiver
 from bench.rig import wait_for
 from bench.rows import Report
-from bench.squadron import FlownDrone, Squadron, squadron_of
+from bench.squadron import FlownDrone, Squadron, is_px4, squadron_of
 
 TRIES: Final = 3
 """Attempts to reach the situation: on a busy machine the pilot is occasionally lost before that."""
@@ -49,10 +64,14 @@ class Flight:
     receiver: Receiver
     parameters: tuple[tuple[str, float], ...] = ()
     lost_action: str = "return"
+    stick_source: int | None = None
+    """COM_RC_IN_MODE of a PX4; None: another autopilot."""
 
     @property
     def name(self) -> str:
         made = ", set up" if self.parameters else ""
+        if self.stick_source is not None:
+            made = f", COM_RC_IN_MODE {self.stick_source}"
         then = f", {self.lost_action}" if self.lost_action != "return" else ""
         return f"{self.trigger.name}, {self.situation.name}, {self.receiver}{made}{then}"
 
@@ -72,6 +91,20 @@ def flights_of(names: Sequence[str], count: int, set_up: bool, lost_action: str)
     return [one for one in chosen for _ in range(count)]
 
 
+def px4_flights_of(names: Sequence[str], count: int, lost_action: str) -> list[Flight]:
+    """The same for PX4, with each source of sticks. A situation flown by hand needs sticks that count."""
+    table = [
+        Flight(trigger, situation, receiver, (), lost_action, source)
+        for trigger, situation, receiver, source in itertools.product(
+            (*TRIGGERS, *ON_LINE, *(BESIDE if names else ())), PX4_SITUATIONS, Receiver, (0, 1, 3)
+        )
+        if not situation.by_hand or source == 1 or (source == 3 and receiver is Receiver.NONE)
+    ]
+    wanted = [name.split("+") for name in names] or [[""]]
+    chosen = dict.fromkeys(one for parts in wanted for one in table if all(part in one.name for part in parts))
+    return [one for one in chosen for _ in range(count)]
+
+
 async def fly_table(report: Report, options: argparse.Namespace, folder: Path) -> None:
     """Runs everything requested. A row for each flight's figures, and the number of failed flights."""
     names = [name.strip() for name in (options.cases or "").split(",") if name.strip()]
@@ -79,10 +112,14 @@ async def fly_table(report: Report, options: argparse.Namespace, folder: Path) -
     await time_holds(report, options, folder, timed)
     if timed and len(timed) == len(names):
         return
-    flights = flights_of([name for name in names if name not in CASES], options.n, options.set_up, options.lost_action)
+    chosen = [name for name in names if name not in CASES]
+    if options.autopilot is not None and is_px4(options.autopilot):
+        flights = px4_flights_of(chosen, options.n, options.lost_action)
+    else:
+        flights = flights_of(chosen, options.n, options.set_up, options.lost_action)
     drones = min(options.drones or DRONES, max(len(flights), 1))
-    alone = [one for one in flights if not one.trigger.tower_dies]
-    together = [one for one in flights if one.trigger.tower_dies]
+    alone = [one for one in flights if one.trigger.tower is TowerEnds.NOT]
+    together = [one for one in flights if one.trigger.tower is not TowerEnds.NOT]
     wrong: list[str] = []
     table = Table(report, wrong)
     if alone:
@@ -163,22 +200,36 @@ async def _one_by_one(squadron: Squadron, flights: Iterable[Flight], table: Tabl
     await asyncio.gather(*(fly(drone) for drone in squadron.drones))
 
 
+def _waves(flights: Sequence[Flight], count: int) -> list[list[Flight]]:
+    """At most `count` flights in which the same happens to the tower."""
+    found: list[list[Flight]] = []
+    for _, alike in itertools.groupby(flights, lambda one: one.trigger.tower):
+        same = list(alike)
+        found += [same[first : first + count] for first in range(0, len(same), count)]
+    return found
+
+
 async def _in_waves(squadron: Squadron, flights: Sequence[Flight], table: Table) -> None:
-    count = len(squadron.drones)
-    for first in range(0, len(flights), count):
-        wave = list(zip(squadron.drones, flights[first : first + count], strict=False))
+    for flown in _waves(flights, len(squadron.drones)):
+        wave = list(zip(squadron.drones, flown, strict=False))
         flying = await _all(wave, _up, table)
         # A drone that gets there first keeps the situation up until the others follow; those that cannot do so come
         # last.
         lasting = await _all([one for one in flying if not one[1].situation.brief], _reach, table)
         flying = lasting + await _all([one for one in flying if one[1].situation.brief], _reach, table)
         at = squadron.admin.now
-        squadron.tower.kill()
-        await squadron.tower.wait()
+        if flown[0].trigger.tower is TowerEnds.SILENT:
+            squadron.tower.send_signal(signal.SIGSTOP)
+        else:
+            squadron.tower.kill()
+            await squadron.tower.wait()
         verdicts = await asyncio.gather(*(_watch(drone, flight, at) for drone, flight in flying))
         for (drone, flight), verdict in zip(flying, verdicts, strict=True):
             table.add(flight, verdict, drone.folder)
             drone.write_down(flight.name, at)
+        if squadron.tower.returncode is None:
+            squadron.tower.kill()
+            await squadron.tower.wait()
         await _new_tower(squadron)
 
 
@@ -190,7 +241,16 @@ async def _new_tower(squadron: Squadron) -> None:
         await drone.kill_agent()
     await squadron.start_tower()
     for person in people:
+        await wait_for(f"{person.name} to be live", partial(_is_live, person))
+
+
+async def _is_live(person: Person) -> bool:
+    """A tower that has just started refuses for some seconds while the machine is busy."""
+    try:
         await person.go_live()
+    except (InvalidStatus, OSError):
+        return False
+    return True
 
 
 async def _all(
@@ -224,12 +284,17 @@ async def _up(drone: FlownDrone, flight: Flight) -> None:
 
 async def _prepare(drone: FlownDrone, flight: Flight) -> None:
     await drone.equip(flight.receiver, dict(flight.parameters))
+    if flight.stick_source is not None:
+        await set_up_px4(drone, flight.stick_source)
     settings = f"/drones/{drone.drone_id}/settings"
     # The climb and the line are not what is tested here.
     await drone.admin.ask("PATCH", settings, {"lost_action": flight.lost_action, **PATIENT})
     if flight.situation.mission:
         await put_mission(drone)
-    await take_off(drone, flight.situation.height_m)
+    if flight.stick_source is not None:
+        await fly_px4(drone, flight.situation)
+    else:
+        await take_off(drone, flight.situation.height_m)
     await drone.admin.ask("PATCH", settings, USUAL)
 
 
@@ -254,11 +319,18 @@ async def _watch(drone: FlownDrone, flight: Flight, at: float) -> Verdict:
             sticks=list(tap.sticks),
             asked=list(tap.mode_requests),
             reported=sorted(reported, key=lambda one: one.at),
-            present=frozenset(() if trigger.tower_dies else (name for name, _ in people)),
+            present=frozenset(() if trigger.tower is not TowerEnds.NOT else (name for name, _ in people)),
             old_holder=trigger.old_holder,
-            standing=trigger.tower_dies,
+            standing=trigger.tower is not TowerEnds.NOT or _is_foretold(drone, trigger),
+            has_agent=not trigger.foretold,
+            table=ARDUCOPTER if flight.stick_source is None else PX4,
         )
     )
+
+
+def _is_foretold(drone: FlownDrone, trigger: Trigger) -> bool:
+    """Whether the check before flight says that the drone comes down without the computer on board."""
+    return trigger.foretold and any(re.search("returns to launch|lands where", one) for one in drone.loss_sentences)
 
 
 def _reported(drone: FlownDrone, name: str, person: Person, since: float) -> list[Announcement]:

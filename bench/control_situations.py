@@ -8,10 +8,12 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
+from enum import Enum, auto
 from typing import Final
 
 from bench.hand_flight import THROTTLE_DOWN
 from bench.person import Sticks
+from bench.real_autopilot import RealAutopilot
 from bench.rig import HOME, wait_for
 from bench.squadron import FlownDrone
 from bench.tap import OPERATOR
@@ -31,6 +33,15 @@ LOST_S: Final = 2.0
 SILENT_S: Final = 3600.0
 
 
+class TowerEnds(Enum):
+    """What happens to the tower, for all of its drones together."""
+
+    NOT = auto()
+    KILLED = auto()
+    SILENT = auto()
+    """It is stopped: nothing comes over the line, and nothing arrives."""
+
+
 @dataclass(frozen=True, slots=True)
 class Situation:
     name: str
@@ -40,6 +51,8 @@ class Situation:
     mission: bool = False
     brief: bool = False
     """It cannot last long: the ground is near."""
+    by_hand: bool = True
+    """The operator's sticks fly it until the end."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +62,9 @@ class Trigger:
     operator_stays: bool = True
     """Whether the operator has a live connection afterwards."""
     old_holder: int | None = OPERATOR
-    tower_dies: bool = False
+    tower: TowerEnds = TowerEnds.NOT
+    foretold: bool = False
+    """Nobody is left who could tell what the drone does; the check before flight says it."""
 
 
 async def set_mode(drone: FlownDrone, mode: int) -> None:
@@ -250,14 +265,14 @@ async def _restart_agent_early(drone: FlownDrone) -> float:
 
 async def _transmitter_lost(drone: FlownDrone) -> float:
     """A TAKE after the receiver has lost its transmitter, which the operator's sticks hide."""
-    assert drone.autopilot is not None, "a real autopilot"
+    assert isinstance(drone.autopilot, RealAutopilot)
     await drone.autopilot.truth.set_parameter("SIM_RC_FAIL", 1)
     await asyncio.sleep(LOST_S)
     return await _take(drone)
 
 
 async def _tower_killed(drone: FlownDrone) -> float:
-    """bench.control_flown kills the tower for all drones."""
+    """bench.control_flown kills or stops the tower for all drones."""
     return drone.operator.now
 
 
@@ -269,12 +284,15 @@ TRIGGERS: Final = (
     Trigger("release", _release),
     Trigger("agent killed", _kill_agent),
     Trigger("agent restarted", _restart_agent),
-    Trigger("tower killed", _tower_killed, old_holder=None, tower_dies=True),
+    Trigger("tower killed", _tower_killed, old_holder=None, tower=TowerEnds.KILLED),
 )
 
 BESIDE: Final = (
     Trigger("early restart", _restart_agent_early),
     Trigger("transmitter lost", _transmitter_lost),
-    Trigger("killed by hand", _kill_agent_by_hand),
+    Trigger("killed by hand", _kill_agent_by_hand, foretold=True),
 )
 """Flown only when named."""
+
+ON_LINE: Final = (Trigger("line cut", _tower_killed, old_holder=None, tower=TowerEnds.SILENT),)
+"""Flown with PX4, and by name."""

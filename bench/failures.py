@@ -19,7 +19,7 @@ from typing import Any, Final
 from bench.autopilot_tap import AutopilotTap
 from bench.control_flown import EXPECTED, PATIENT, TRIES, USUAL
 from bench.control_situations import take_off
-from bench.real_autopilot import Receiver
+from bench.real_autopilot import RealAutopilot, Receiver
 from bench.rig import HOME, wait_for
 from bench.rows import Report
 from bench.squadron import FlownDrone, squadron_of
@@ -49,7 +49,7 @@ class Failure:
 
 
 def _truth(drone: FlownDrone) -> Truth:
-    assert drone.autopilot is not None, "a real autopilot"
+    assert isinstance(drone.autopilot, RealAutopilot)
     return drone.autopilot.truth
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
+import os
 from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Any, Final
@@ -16,16 +17,25 @@ from typing import Any, Final
 from bench.autopilot_tap import AutopilotTap
 from bench.person import Event, Person
 from bench.real_autopilot import QUADCOPTER, Airframe, RealAutopilot, Receiver
+from bench.real_px4 import RealPx4
 from bench.rig import HOME, PASSWORD, Kind, Rig, free_udp_port, wait_for
 from bench.tap import ADMIN, OPERATOR, Tap
 
 SIMULATED: Final = Kind("ardupilot", radio=True)
+DRONES_OF_A_BENCH: Final = 16
+INSTANCES: Final = 10_000
+"""Numbers of PX4's instances, so that several benchmarks may fly at once."""
 BOOTS_AT_ONCE: Final = 2
 """A booting autopilot uses all the processor time that it gets."""
 
 
+def is_px4(binary: Path) -> bool:
+    """ArduCopter is named by its program, PX4 by the folder of its build."""
+    return binary.is_dir()
+
+
 class Squadron(Rig):
-    """`drones` exist after `start`. `binary`: of a real autopilot, or None."""
+    """`drones` exist after `start`. `binary`: of a real autopilot (is_px4), or None."""
 
     def __init__(self, folder: Path, count: int, binary: Path | None, airframe: Airframe) -> None:
         super().__init__(folder, SIMULATED, None)
@@ -95,13 +105,20 @@ class FlownDrone:
         self.tower_address: str | None = None
         """The agent's address of the tower, if not the tower's own."""
         self.agent: asyncio.subprocess.Process | None = None
-        self.autopilot: RealAutopilot | None = None
+        self.autopilot: RealAutopilot | RealPx4 | None = None
+        self.loss_sentences: tuple[str, ...] = ()
+        """Of the newest check before flight."""
         self._simulator: asyncio.subprocess.Process | None = None
         self._token = token
         self._flights = 0
         self._equipped = False
         self._equipped_at = 0.0
         self._agent_port = 0
+        self._beside: asyncio.Task[None] | None = None
+
+    def keep(self, work: asyncio.Task[None]) -> None:
+        """Runs beside this flight, and ends with it."""
+        self._beside = work
 
     @property
     def admin(self) -> Person:
@@ -140,7 +157,26 @@ class FlownDrone:
     async def _real(
         self, binary: Path, receiver: Receiver, parameters: dict[str, float], agent_on_second: bool
     ) -> None:
-        self.autopilot = RealAutopilot(
+        if is_px4(binary):
+            self.autopilot = RealPx4(
+                binary,
+                self.folder / "autopilot",
+                receiver=receiver,
+                parameters=parameters,
+                number=(os.getpid() * DRONES_OF_A_BENCH + self.drone_id) % INSTANCES,
+            )
+        else:
+            self.autopilot = self._arducopter(binary, receiver, parameters, agent_on_second)
+        async with self.squadron.booting:
+            await self.autopilot.start()
+        self.tap = AutopilotTap(("127.0.0.1", self._agent_port), self.autopilot)
+        self.tap.open()
+        self._equipped = True
+
+    def _arducopter(
+        self, binary: Path, receiver: Receiver, parameters: dict[str, float], agent_on_second: bool
+    ) -> RealAutopilot:
+        return RealAutopilot(
             binary,
             self.folder / "autopilot",
             receiver=receiver,
@@ -148,11 +184,6 @@ class FlownDrone:
             agent_on_second=agent_on_second,
             airframe=self.squadron.airframe,
         )
-        async with self.squadron.booting:
-            await self.autopilot.start()
-        self.tap = AutopilotTap(("127.0.0.1", self._agent_port), self.autopilot)
-        self.tap.open()
-        self._equipped = True
 
     async def _simulated(self, receiver: Receiver, parameters: dict[str, float]) -> None:
         self.tap = Tap(("127.0.0.1", self._agent_port))
@@ -180,6 +211,10 @@ class FlownDrone:
     async def leave(self) -> None:
         """Ends agent and autopilot."""
         self.operator.sticks = None
+        if self._beside is not None:
+            self._beside.cancel()
+            await asyncio.gather(self._beside, return_exceptions=True)
+            self._beside = None
         await self.kill_agent()
         if self._simulator is not None and self._simulator.returncode is None:
             self._simulator.kill()
@@ -222,7 +257,9 @@ class FlownDrone:
         path = f"/drones/{self.drone_id}/loss-check"
 
         async def complete() -> bool:
-            return bool((await self.operator.ask("GET", path))["complete"])
+            check = await self.operator.ask("GET", path)
+            self.loss_sentences = tuple(one["text"] for one in check["sentences"])
+            return bool(check["complete"])
 
         await wait_for("the loss check to be complete", complete, 60)
         await self.operator.ask("POST", f"{path}/acknowledge", {"drone": self.name})

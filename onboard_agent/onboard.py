@@ -13,12 +13,15 @@ from onboard_agent.autopilot.answers import TIMESYNC, Answers
 from onboard_agent.autopilot.autopilot_state import DESCRIBES, AutopilotEvent, AutopilotView
 from onboard_agent.autopilot.inquiry import READ, Inquiry
 from onboard_agent.autopilot.intent import INTERESTING
+from onboard_agent.autopilot.missed_events import READS as EVENTS
+from onboard_agent.autopilot.missed_events import MissedEvents
 from onboard_agent.autopilot.motion import READ as MOVES
 from onboard_agent.autopilot.motion import Motion
 from onboard_agent.autopilot.own_frames import FrameMaker, answers_agent_alone, may_answer_agent
 from onboard_agent.autopilot.presence import Presence
 from onboard_agent.autopilot.rates import RESEARCH
 from onboard_agent.autopilot.stick_gesture import GestureGuard
+from onboard_agent.autopilot.stop_behind_hold import StopBehindHold
 from onboard_agent.failsafe.after_restart import AfterRestart
 from onboard_agent.failsafe.failsafe import Failsafe
 from onboard_agent.failsafe.hold import Hold
@@ -46,7 +49,7 @@ from wire.control_messages import (
     Welcome,
 )
 from wire.controllers import ControllerWork
-from wire.dialect import EVENT, decode, mavlink
+from wire.dialect import decode, mavlink
 from wire.drops import DropReason
 from wire.following import FollowWork, LeaderPosition
 from wire.frame_signing import is_signed
@@ -118,6 +121,8 @@ class Onboard:
         self.has_news = False
         """Whether something came that the tower should hear of before the next tick (`messages_to_tower`)."""
         self._gestures = GestureGuard()
+        self._events = MissedEvents(maker)
+        self._stops = StopBehindHold(maker)
         self._watch = PilotWatch(now)
         self._person = PersonWatch()
         self._memory = HoldMemory(holds or NoHoldStore())
@@ -199,7 +204,8 @@ class Onboard:
             if self.autopilot.is_autopilot(system_id, component_id):
                 self.autopilot.anything_heard(now)
                 self._inquiry.heard(msgid, now)
-            if msgid == EVENT and self.autopilot.is_autopilot(system_id, component_id):
+            is_event = msgid in EVENTS and self.autopilot.is_autopilot(system_id, component_id)
+            if is_event and self._events.receive(msgid, frame, now):
                 self.autopilot.failsafe.event(frame, now)
             if msgid in _READ:
                 message = decode(frame)
@@ -290,6 +296,7 @@ class Onboard:
         self.stream.link_up(now)
         self._outbox.link_up(welcome.takes)
         self._work.link_up(welcome.takes)
+        self._events.link_up(now)
         self._work.epoch(self.downlink.epoch, now)
 
     def resumed(self) -> None:
@@ -418,12 +425,14 @@ class Onboard:
             _log.warning("another autopilot, system %d, is on this line: make it a drone of its own", system_id)
         self.autopilot.other_systems = others
         self._to_autopilot += self._restart.due(now, self.hold)
-        self._failsafe.check(now, may_start=self._work.may_start)
+        silent_s = self._presence.station_silent_s(now)
+        self._failsafe.check(now, may_start=self._work.may_start, station_silent_s=silent_s)
         self._act_by_itself(now)
         self._to_autopilot += self._holder.sticks_to_keep(now, somebody_may_arm=self._holder_present)
         if self._restart.over:
             self._memory.keep(self._failsafe.record())
         view = self.autopilot
+        self._stops.is_due = view.airborne(now)
         out = self._to_autopilot
         out += self._presence.due(
             now,
@@ -436,6 +445,7 @@ class Onboard:
         if view.system_id is not None and view.heard:
             self._inquiry.follow(self.stream.profile)
             out += self._inquiry.due(now, vehicle_system_id=view.system_id)
+            out += self._events.due(now, vehicle_system_id=view.system_id)
             out += self._answers.due(now, autopilot_kind=view.kind, vehicle_system_id=view.system_id)
         view.hears_agent = self._answers.hears(now)
         out += self._work.due(now)
@@ -443,7 +453,8 @@ class Onboard:
     def frames_to_autopilot(self) -> list[bytes]:
         """Frames to write to the autopilot now, in order."""
         frames, self._to_autopilot = self._to_autopilot, []
-        return frames
+        view = self.autopilot
+        return self._stops.add(frames, autopilot_kind=view.kind, vehicle_system_id=view.system_id)
 
     def frames_to_tower(self, now: float) -> list[bytes]:
         """Returns autopilot frames that waited for their interval, and the agent's answers in the autopilot's name."""

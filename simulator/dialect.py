@@ -16,7 +16,10 @@ __all__ = [
     "Codec",
     "ComponentMetadata",
     "Event",
+    "EventError",
+    "EventSequence",
     "Message",
+    "RequestEvent",
     "mavlink",
     "number_of",
 ]
@@ -28,6 +31,9 @@ AUTOPILOT_COMPONENT = 1
 
 COMPONENT_METADATA = 397
 EVENT = 410
+CURRENT_EVENT_SEQUENCE = 411
+REQUEST_EVENT = 412
+EVENT_ERROR = 413
 
 RECEIVE_BUFFER_MAX = 4096
 """The limit for one call; the rest is dropped. A UDP datagram carries at most a few frames."""
@@ -66,7 +72,9 @@ class Codec:
             return []
         good = []
         for message in parsed:
-            if message.get_type() == "BAD_DATA" or message.get_type().startswith("UNKNOWN"):
+            if message.get_type() == f"UNKNOWN_{REQUEST_EVENT}":
+                good.append(RequestEvent(message))
+            elif message.get_type() == "BAD_DATA" or message.get_type().startswith("UNKNOWN"):
                 self.bad_frames += 1
             else:
                 good.append(message)
@@ -120,3 +128,58 @@ class Event:
         frame = mavlink.MAVLink_message(EVENT, self.get_type())
         fields = (self.number, self.time_boot_ms, self.sequence, 0, 0, self._LEVELS, self.arguments)
         return bytes(frame._pack(mav, self._CRC_EXTRA, self._FIELDS.pack(*fields)))
+
+
+class EventSequence:
+    """CURRENT_EVENT_SEQUENCE (411): the newest event that was sent."""
+
+    _CRC_EXTRA = 106
+    _FIELDS = struct.Struct("<HB")
+
+    def __init__(self, sequence: int, *, is_reset: bool) -> None:
+        self._fields = (sequence, int(is_reset))
+
+    def get_type(self) -> str:
+        return "CURRENT_EVENT_SEQUENCE"
+
+    def pack(self, mav: Any) -> bytes:
+        frame = mavlink.MAVLink_message(CURRENT_EVENT_SEQUENCE, self.get_type())
+        return bytes(frame._pack(mav, self._CRC_EXTRA, self._FIELDS.pack(*self._fields)))
+
+
+class EventError:
+    """RESPONSE_EVENT_ERROR (413): an event that was asked for is kept no more."""
+
+    _CRC_EXTRA = 77
+    _FIELDS = struct.Struct("<HHBBB")
+
+    def __init__(self, sequence: int, oldest: int, system_id: int, component_id: int) -> None:
+        self._fields = (sequence, oldest, system_id, component_id, 0)
+
+    def get_type(self) -> str:
+        return "RESPONSE_EVENT_ERROR"
+
+    def pack(self, mav: Any) -> bytes:
+        frame = mavlink.MAVLink_message(EVENT_ERROR, self.get_type())
+        return bytes(frame._pack(mav, self._CRC_EXTRA, self._FIELDS.pack(*self._fields)))
+
+
+class RequestEvent:
+    """REQUEST_EVENT (412), as the dialect gives it: unread."""
+
+    _FIELDS = struct.Struct("<HHBB")
+
+    def __init__(self, unread: Message) -> None:
+        frame = bytes(unread.data)
+        body = frame[10 : 10 + frame[1]][: self._FIELDS.size].ljust(self._FIELDS.size, b"\0")
+        self.first_sequence, self.last_sequence, self.target_system, self.target_component = self._FIELDS.unpack(body)
+        self._source = (frame[5], frame[6])
+
+    def get_type(self) -> str:
+        return "REQUEST_EVENT"
+
+    def get_srcSystem(self) -> int:
+        return self._source[0]
+
+    def get_srcComponent(self) -> int:
+        return self._source[1]

@@ -17,6 +17,7 @@ from simulator.command_message import ACCEPTED, FAILED, UNSUPPORTED, Command, re
 from simulator.commands_flight import jump_to_item
 from simulator.components import Components
 from simulator.dialect import COMPONENT_METADATA, Codec, Message, mavlink
+from simulator.event_server import EventServer
 from simulator.failure_modes import Failure, PlannedFailure
 from simulator.flavour import Flavour
 from simulator.flight import Flight
@@ -98,7 +99,6 @@ class Vehicle:
         self._reboot_tick: int | None = None
         self._sent = 0
         self._texts = StatusTexts()
-        self._events = 0
         self._owed: list[int] = []
         self._setup_peer = (0, 0)
         self.overflowed = 0
@@ -120,6 +120,7 @@ class Vehicle:
         self.flight.on_item_reached = lambda seq: self._send(mavlink.MAVLink_mission_item_reached_message(seq))
         self.flight.on_photo = lambda photo: self._send(self.settings.flavour.photo_message(self.flight, photo))
         self._telemetry = Telemetry(self.settings.flavour, pace=self.settings.telemetry_pace)
+        self._events = EventServer(self._send)
         self._missions = MissionServer(self.flight, self.settings.flavour, self._send, self.restart_soon)
         self._logs = LogServer(self.flight, self._logbook, self._send)
         self._parameter_server = ParameterServer(self.parameters, self._send, self._notify)
@@ -203,6 +204,7 @@ class Vehicle:
             self._logbook.update(flight, [notice.text for notice in flight.notices])
         while flight.notices:
             self._send_notice(flight.notices.popleft())
+        self._events.update(flight.now_s)
         for message in flight.setup.due(flight):
             self._send(message)
         for number, result in flight.setup.answers_due(flight.now_s):
@@ -286,6 +288,8 @@ class Vehicle:
         elif name == "TIMESYNC":
             if message.tc1 == 0:
                 self._send(mavlink.MAVLink_timesync_message(round(flight.now_s * 1e9), message.ts1))
+        elif name == "REQUEST_EVENT":
+            self._events.asked(message, sender)
         elif name == "PING" and message.target_system == 0 and message.target_component == 0:
             self._send(mavlink.MAVLink_ping_message(message.time_usec, message.seq, *sender))
 
@@ -416,10 +420,7 @@ class Vehicle:
 
     def _send_notice(self, notice: Notice) -> None:
         if notice.event is not None:
-            notice.event.time_boot_ms = round(self.flight.now_s * 1000)
-            notice.event.sequence = self._events
-            self._events = self._events + 1 & 0xFFFF
-            self._send(notice.event)
+            self._events.tell(notice.event, self.flight.now_s)
         if notice.text:
             self._send_text(notice)
 

@@ -14,15 +14,16 @@ _BEFORE_THE_FIRST: Final = 99
 _KINDS: Final = ((255, ""), (192, "-rc"), (_BETA, "-beta"), (64, "-alpha"), (0, "-dev"))
 
 
-def release_of(flight_sw_version: int) -> Release | None:
+def release_of(flight_sw_version: int, *, counts_from_last: bool = False) -> Release | None:
     """The newest release whose features the firmware surely has; None: not known.
 
-    A development build bears the number of the release to come, and may lack any of its features.
+    A development build bears the number of the release to come, and may lack any of its features. `counts_from_last`:
+    it bears that of the release that it has grown from (PX4, some commits after a tag).
     """
     if flight_sw_version == 0:
         return None
     major, minor, kind = flight_sw_version >> 24 & 0xFF, flight_sw_version >> 16 & 0xFF, flight_sw_version & 0xFF
-    if kind >= _BETA:
+    if kind >= _BETA or (kind == 0 and counts_from_last):
         return major, minor
     return (major, minor - 1) if minor else (major - 1, _BEFORE_THE_FIRST)
 

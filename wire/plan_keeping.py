@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from typing import Final, NamedTuple
 
 from wire.autopilots.registry import FAMILIES
-from wire.firmware import release_of
 from wire.plan_fields import Effect, ItemKept, KeptFields, becomes, fields_of, item_of
 from wire.plan_verbatim import Verbatim
 from wire.plans import Plan, PlanItem, PlanKind
@@ -19,7 +18,7 @@ COUNT: Final = "count"
 def keeping_of(autopilot: int, vehicle_type: int, flight_sw_version: int = 0) -> KeptFields:
     """Returns the table for a MAV_AUTOPILOT, a MAV_TYPE and the firmware that AUTOPILOT_VERSION names."""
     family = FAMILIES.get(autopilot)
-    return Verbatim() if family is None else family.keeping(vehicle_type, release_of(flight_sw_version))
+    return Verbatim() if family is None else family.keeping(vehicle_type, family.release_of(flight_sw_version))
 
 
 def to_send(keeping: KeptFields, kind: PlanKind, plan: Sequence[PlanItem]) -> Plan:

@@ -15,7 +15,7 @@ from wire.autopilots import registry
 from wire.control_messages import LossParameters
 from wire.dialect import mavlink
 from wire.ids import SystemId
-from wire.open_holds import AfterSticks
+from wire.open_holds import AfterSticks, LostAction
 from wire.stream_profiles import StreamProfile
 
 READ: Final = frozenset(
@@ -78,6 +78,15 @@ class Inquiry:
             has_radio=self._radio.has_radio,
             hidden=may_hide and self._radio.hidden(now, overrides_last_s=self.overrides_last_s),
         )
+
+    def station_lost(
+        self, autopilot_kind: int, custom_mode: int, *, mission_is_over: bool
+    ) -> tuple[LostAction, float] | None:
+        """What the autopilot does by itself without a ground station's heartbeats, and how many seconds after the last
+        one. None: nothing, or not known."""
+        family = registry.FAMILIES.get(autopilot_kind)
+        values = self._parameters.values
+        return None if family is None else family.station_lost(values, custom_mode, mission_is_over)
 
     def sticks_hide_receiver(self, autopilot_kind: int) -> bool:
         """Whether sticks in force hide what the receiver receives."""

@@ -31,6 +31,12 @@ class Presence:
         self._speaks_first = speaks_first
         self._next_agent = 0.0
         self._next_ground_station = 0.0
+        self._ground_station_at: float | None = None
+
+    def station_silent_s(self, now: float) -> float | None:
+        """Seconds since the last heartbeat of a ground station; None: none was sent, or the next is not late."""
+        silent_s = None if self._ground_station_at is None else now - self._ground_station_at
+        return None if silent_s is None or silent_s < 2 * BEAT_S else silent_s
 
     def due(
         self,
@@ -57,6 +63,7 @@ class Presence:
         somebody_flies = holder_present and tower_silent_s < TOWER_IS_THERE_S
         if (somebody_flies or holds) and vehicle_system_id is not None and now >= self._next_ground_station:
             self._next_ground_station = now + BEAT_S
+            self._ground_station_at = now
             sender = ground_station_sender(ground_station_system_id)
             frames.append(self._maker.make(ground_station_heartbeat(), sender))
         return frames

@@ -224,10 +224,11 @@ class Failsafe:
             and self._motion.has_position(now) is True
         )
 
-    def check(self, now: float, *, may_start: bool) -> None:
+    def check(self, now: float, *, may_start: bool, station_silent_s: float | None = None) -> None:
         """Checks for a lost pilot, and for a tower or person that stays lost.
 
-        `may_start`: whether the mission on board may be flown.
+        `may_start`: whether the mission on board may be flown. `station_silent_s`: since when the autopilot misses a
+        ground station's heartbeats; None: it does not.
         """
         by_hand, view = self._holder.by_hand, self._autopilot
         self._holder.update(now)
@@ -257,6 +258,7 @@ class Failsafe:
             battery_due=self._way_home.due(
                 percent=motion.battery_percent, home_m=motion.home_m, alt_rel_m=motion.alt_rel_m
             ),
+            own=self._own_loss(station_silent_s),
         )
         response = self.lost.tick(now, loss=loss, settings=self.settings, modes=self._modes())
         if response not in (None, LossResponse.LEAVE):
@@ -266,6 +268,14 @@ class Failsafe:
         if response is LossResponse.STOP_STICKS:
             self._hold.overruled(needs_sticks=False, now=now, why=self.lost.detail)
         self._lost_action_done(now)
+
+    def _own_loss(self, station_silent_s: float | None) -> tuple[LostAction, float] | None:
+        """What the autopilot does by itself without a ground station, and in how many seconds."""
+        view = self._autopilot
+        if station_silent_s is None:
+            return None
+        own = self._inquiry.station_lost(view.kind, view.custom_mode, mission_is_over=view.mission_is_over)
+        return None if own is None else (own[0], own[1] - station_silent_s)
 
     def _needs_somebody(self, *, by_hand: bool) -> bool:
         """Whether a drone in the air flies by the tower's doing, and was not started to fly alone.

@@ -7,6 +7,7 @@ Rules, each tested:
 - The request is repeated until COMMAND_ACK and HEARTBEAT confirm it, somebody flies, or the drone is down.
 - "Stay" ends the countdown for a lost person, not for a lost tower. A battery needed for the way home overrides both
   after BATTERY_NOTICE_S.
+- Where the autopilot acts first, because it hears no ground station any more, its action is counted and reported.
 - The action runs once for each loss. When the tower returns, the agent changes nothing by itself.
 """
 
@@ -31,8 +32,12 @@ RUNG_PATIENCE_S: Final = 5.0
 BATTERY_NOTICE_S: Final = 10.0
 """Advance notice, in which a person can still fly the drone home."""
 
+OVERDUE_S: Final = 5.0
+"""An autopilot that has not acted by then hears another ground station."""
+
 _LAST_SECONDS: Final = 5
 _WAITING: Final = frozenset({LostPhase.COUNTING, LostPhase.STAYED})
+_BEFORE_ACTING: Final = frozenset({LostPhase.QUIET, LostPhase.COUNTING, LostPhase.STAYED})
 _STAYING: Final = frozenset({LostAction.STAY, LostAction.CONTINUE})
 _MODES_NEEDED: Final = frozenset({LossResponse.RETURN, LossResponse.LAND, LossResponse.RESUME_MISSION})
 
@@ -58,6 +63,8 @@ class Loss:
     """The drone has no position."""
     battery_due: bool = False
     """The battery is at the level that the way home needs."""
+    own: tuple[LostAction, float] | None = None
+    """What the autopilot does by itself, because it hears no ground station, and in how many seconds."""
 
 
 class LostActionRunner:
@@ -76,6 +83,8 @@ class LostActionRunner:
         self._announced_s = 0
         self._left_alone = False
         self._battery_at: float | None = None
+        self._counts_own = False
+        """The countdown is that of the autopilot's own failsafe."""
         self._notices: list[str] = []
 
     def tick(
@@ -84,6 +93,18 @@ class LostActionRunner:
         """Advances time. Returns the response in the call in which it begins."""
         tower = loss.tower_gone_s >= settings.lost_hold_s
         person = loss.person_gone_s is not None
+        if self._counts_own and loss.ours and situation(loss, modes) is Situation.GOING_HOME:
+            if self.phase is LostPhase.COUNTING and self.action is not None:
+                self.done_by_autopilot(self.action, f"the autopilot hears no ground station: {self.action}")
+            return None
+        counted_own, self._counts_own = self._counts_own, False
+        if loss.own is not None and loss.ours and loss.own[1] > -OVERDUE_S and self.phase in _BEFORE_ACTING:
+            ours_in_s = self._ours_in_s(now, loss, settings, modes, tower=tower, person=person)
+            if ours_in_s is None or loss.own[1] < ours_in_s:
+                self._count_own(*loss.own)
+                return None
+        if counted_own:
+            self._end(LostEvent.BACK, "the autopilot hears a ground station")
         if not (tower or person):
             # A silence of the tower shorter than `lost_hold_s` has not started the countdown.
             self._left_alone = False
@@ -93,6 +114,31 @@ class LostActionRunner:
         else:
             return self._lost_now(now, loss, settings, modes, tower=tower)
         return None
+
+    def _ours_in_s(
+        self,
+        now: float,
+        loss: Loss,
+        settings: SafetySettings,
+        modes: FailsafeModes | None,
+        *,
+        tower: bool,
+        person: bool,
+    ) -> float | None:
+        """When the agent would act; None: it would not."""
+        if not (tower or person):
+            return None
+        response = RESPONSES[settings.lost_action, situation(loss, modes)]
+        acts = response not in (LossResponse.LEAVE, LossResponse.STAY)
+        return self._remaining_s(now, loss, settings) if acts else None
+
+    def _count_own(self, action: LostAction, in_s: float) -> None:
+        """Announces what the autopilot is about to do."""
+        if self.phase is LostPhase.QUIET:
+            self._announced_s = round(in_s)
+            self._say(f"the autopilot hears no ground station: {action} in {in_s:.0f} s")
+        self._counts_own = True
+        self.phase, self.lost, self.action, self.due_in_s = LostPhase.COUNTING, Lost.PERSON, action, max(in_s, 0.0)
 
     def _lost_now(
         self, now: float, loss: Loss, settings: SafetySettings, modes: FailsafeModes | None, *, tower: bool

@@ -43,7 +43,7 @@ from server.operations.core.onboard_views import NO_PARAMETERS, NO_PLANS
 from server.readiness.core.signature import Signature
 from server.towers.core.place import Place
 from wire.control_messages import LossParameters, SafetySettings, StreamSettings, StreamState
-from wire.firmware import firmware_words, release_of
+from wire.firmware import firmware_words
 from wire.ids import DroneId, Epoch, UserId
 from wire.open_holds import Lost
 from wire.own_system import OwnSystem
@@ -399,7 +399,7 @@ class LiveDrone:
             autopilot_heard=self.autopilot_heard,
             agent_version=self.agent_version,
             firmware=firmware_words(self.firmware) or None,
-            release=release_of(self.firmware),
+            release=self.telemetry.release_of(self.firmware),
             armed=self.armed if self.online else None,
             airborne=self.airborne if self.online else None,
             watched_only=self.watched_only,

@@ -163,7 +163,8 @@ async def get_log_file(
     found = next((one for one in kept if one.log_id == log_id), None)
     if found is None:
         raise UnknownLog
-    name = f"{drone.record.name}-log-{log_id}.bin"
+    ending = await asyncio.to_thread(found.ending)
+    name = f"{drone.record.name}-log-{log_id}.{ending}"
     return FileResponse(
         found.path, media_type=MEDIA_TYPE, filename=name, headers={"Cache-Control": "private, no-cache"}
     )

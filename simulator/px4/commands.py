@@ -23,6 +23,7 @@ CUSTOM_MODE_FLAG = 1
 CHANGE_MODE_FLAG = 1
 AMSL_FRAMES = (0, 5)
 ORBIT_SPEED_MPS = 3.0
+NO_PLACE = 0x7FFFFFFF
 
 
 def change_mode(flight: Flight, mode: Px4Mode) -> int:
@@ -75,6 +76,9 @@ def reposition(flight: Flight, command: Command) -> int:
     hold = flight.behaviour(Px4Mode.LOITER)
     if flight.mode is not Px4Mode.LOITER or not isinstance(hold, Guided):
         return ACCEPTED  # accepted and ignored
+    if names_nothing(command):
+        hold.enter()
+        return ACCEPTED
     if not command.place_is_valid:
         return DENIED
     if command.params[0] > 0.0:
@@ -87,6 +91,13 @@ def reposition(flight: Flight, command: Command) -> int:
         return ACCEPTED  # and stands still (measured on 1.16)
     hold.go(GoTo(north_m, east_m, alt_m, yaw_rad))
     return ACCEPTED
+
+
+def names_nothing(command: Command) -> bool:
+    """No place, no height, no heading: it stops where it is. (Measured on 1.16: to ask for its mode again does not.)"""
+    if not command.is_long:
+        return command.lat_e7 == NO_PLACE and not command.alt_is_given and not math.isfinite(command.given[3])
+    return not any(math.isfinite(value) for value in command.given[3:])
 
 
 def outside_limits(flight: Flight, north_m: float, east_m: float) -> bool:

@@ -44,7 +44,7 @@ async def scene(tmp_path: Path) -> AsyncIterator[LogScene]:
         yield scene
 
 
-async def test_the_list_is_kept_and_a_log_that_was_fetched_can_be_downloaded(scene: LogScene) -> None:
+async def test_the_list_is_kept_and_a_log_that_was_fetched_can_be_downloaded(scene: LogScene, tmp_path: Path) -> None:
     assert (await scene.watcher.get(f"{scene.path}/logs")).json() == {"read_at": None, "on_board": None, "kept": []}
     listed = (await scene.watcher.post(f"{scene.path}/logs/list")).json()
     assert [(one["id"], one["size_bytes"], one["began_at"]) for one in listed["logs"]] == [
@@ -64,6 +64,10 @@ async def test_the_list_is_kept_and_a_log_that_was_fetched_can_be_downloaded(sce
     file = await scene.watcher.get(f"{scene.path}/logs/7/file")
     assert file.content == LOG
     assert file.headers["Content-Disposition"] == 'attachment; filename="kestrel-log-7.bin"'
+    stored = next(tmp_path.rglob("7-*.bin"))  # noqa: ASYNC240 (one small file)
+    stored.write_bytes(b"ULog" + LOG[4:])
+    file = await scene.watcher.get(f"{scene.path}/logs/7/file")
+    assert file.headers["Content-Disposition"] == 'attachment; filename="kestrel-log-7.ulg"'
     events = [one["action"] for one in await _noted(scene)]
     assert events == ["operation.ended", "operation.began"]
 

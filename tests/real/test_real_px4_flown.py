@@ -13,11 +13,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from real.real_px4 import Cable, RealPx4, flying_px4
 from worlds.free_ports import free_udp_ports
 from worlds.pilot import Pilot, at_the_controls, watching
 from worlds.processes import Visitor, World, wait_for
 
+from bench.real_px4 import Cable, RealPx4, flying_px4
 from wire.dialect import mavlink
 
 ALTCTL, POSCTL, ORBIT = 2 << 16, 3 << 16, 3 << 16 | 1 << 24
@@ -192,6 +192,26 @@ async def test_a_take_ends_a_flight_by_hand_in_a_mode_that_stays(px4_build: Path
         assert (await pilot.ask("POST", "/control/release")).status == 200
         pilot.let_go()
         await pilot.until(lambda: pilot.mode == LOITER, "a hold without anybody", 5)
+
+
+@pytest.mark.parametrize("whose", ["command", "take"])
+async def test_a_hold_ends_a_go_to(px4_build: Path, tmp_path: Path, whose: str) -> None:
+    async with flown(px4_build, tmp_path) as flight:
+        pilot = flight.pilot
+        await flight.autopilot.station.set_whole("COM_RC_IN_MODE", 0)
+        await flight.up(15)
+        await flight.command("goto", lat=LAT + 0.01, lon=LON, height_m=15)
+        await pilot.until(lambda: flight.speed_m_s > 3.0, "the way", 20)
+        if whose == "command":
+            await flight.command("hold")
+        else:
+            assert await flight.ask_admin("take") == 200
+        await pilot.until(lambda: flight.speed_m_s < 0.5, "rest", 10)
+        await asyncio.sleep(8.0)  # it comes back to where it was to stop
+        at = pilot.place_deg
+        await asyncio.sleep(5.0)
+        assert is_at(pilot, *at)()
+        assert (pilot.mode, abs(pilot.altitude_m - 15) < 1.5) == (LOITER, True)
 
 
 async def test_its_parameters_are_known_with_what_it_says_of_them(px4_build: Path, tmp_path: Path) -> None:

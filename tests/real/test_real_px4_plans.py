@@ -11,8 +11,8 @@ from pathlib import Path
 
 import msgspec
 from real.plan_exchange import PlanExchange
-from real.real_px4 import flying_px4
 
+from bench.real_px4 import flying_px4
 from wire.autopilots.px4_plans import PX4_ROOM, Px4
 from wire.plan_fields import Effect
 from wire.plan_keeping import changes_ahead, differences

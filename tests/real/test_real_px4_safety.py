@@ -100,7 +100,9 @@ async def test_motors_that_another_station_stops_in_the_air_are_told(px4_build: 
         assert await station.ask(ARM, 0.0, FORCED) == 0
         began = asyncio.get_running_loop().time()
         await pilot.until(lambda: "motors-stopped" in rules_opened(pilot.events), "the alert", 5)
-        assert asyncio.get_running_loop().time() - began < 3.0
+        took_s = asyncio.get_running_loop().time() - began
+        print(f"told after {took_s:.2f} s")
+        assert took_s < 1.5
         for _ in range(50):
             rows = await asyncio.to_thread(flight.admin.ask, "GET", "/audit?action=drone.motors_stopped")
             if rows.json:

@@ -25,8 +25,8 @@ from wire.autopilots.pilot_command import PilotCommand
 from wire.autopilots.wanted_parameter import WantedParameter
 from wire.control_messages import LossParameters, SafetySettings
 from wire.dialect import mavlink
-from wire.firmware import Release
-from wire.open_holds import AfterSticks
+from wire.firmware import Release, release_of
+from wire.open_holds import AfterSticks, LostAction
 from wire.plan_fields import KeptFields
 from wire.transactions import CommandWork
 
@@ -148,6 +148,10 @@ def _no_fence(values: Mapping[str, float], is_on: bool | None) -> OwnFence | Non
     return None
 
 
+def _does_nothing(values: Mapping[str, float], number: int, mission_is_over: bool) -> None:
+    return None
+
+
 def _not_known(values: Mapping[str, float]) -> int | None:
     return None
 
@@ -171,8 +175,8 @@ def _settled(values: Mapping[str, float]) -> float:
 class ArmingChecks(Protocol):
     """Why an autopilot does not arm."""
 
-    def take(self, frame: bytes) -> None:
-        """Takes an EVENT frame."""
+    def take(self, frame: bytes) -> bool:
+        """Takes an EVENT frame. Whether it is new: one that was missed comes late, and some come twice."""
 
     def reasons(self, custom_mode: int) -> tuple[str, ...]:
         """Why it does not arm in this flight mode."""
@@ -234,8 +238,12 @@ class AutopilotFamily:
     accepts_modes_it_does_not_enter: bool = False
     """When a stick mode is requested together with the first sticks, the autopilot accepts but does not enter it; it
     enters the mode on a second request."""
+    flies_on_in: frozenset[int] = frozenset()
+    """Modes in which it flies to targets, and goes on with that when the mode is asked for again."""
     decides_later: bool = False
     """It accepts a target or a circle, and refuses it afterwards: by a text, or by another flight mode."""
+    counts_from_last_release: bool = False
+    """A development build bears the number of the release that it has grown from, not of the one to come."""
     station_parameters: tuple[str, ...] = ()
     """Names of the parameter that selects whose sticks it obeys."""
     stick_parameters: tuple[str, ...] = ()
@@ -245,6 +253,9 @@ class AutopilotFamily:
     deciding_parameters: tuple[str, ...]
     """The subset that every autopilot of the family has, and without which its behaviour is unknown."""
     after_sticks: AfterSticksRule
+    station_lost: Callable[[Mapping[str, float], int, bool], tuple[LostAction, float] | None] = _does_nothing
+    """What it does by itself without a ground station's heartbeats, and how many seconds after the last one; by its
+    parameters, flight mode, and whether its mission is over. None: nothing, or not known."""
     keeping: Callable[[int, Release | None], KeptFields]
     """What it keeps of a plan's items, by MAV_TYPE and release (None: not known)."""
     loss_sentences: LossSentences | None = None
@@ -282,6 +293,10 @@ class AutopilotFamily:
     """Mission commands that releases before this one refuse."""
     log_folders: tuple[bytes, ...] = ()
     """Where MAVLink FTP finds its flight logs: the first that exists counts."""
+
+    def release_of(self, flight_sw_version: int) -> Release | None:
+        """The newest release whose features the firmware surely has; None: not known."""
+        return release_of(flight_sw_version, counts_from_last=self.counts_from_last_release)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,14 +1,16 @@
 """The arming checks of PX4, from its EVENT messages. No I/O.
 
 A report is a summary, an event for each check that fails with the flight modes that it bars, and a second summary. PX4
-sends one whenever its result changes, on every link, and none without a change. Names and layouts: its sources, 1.16;
+sends one whenever its result changes, on every link, and none without a change. It counts once all of it is there: an
+event that was missed comes late. Names and layouts: its sources, 1.16;
 checked on it. The words are ours: PX4's own come with its metadata, where it has them.
 """
 
 from struct import Struct
 from typing import Final
 
-from wire.autopilots.px4_events import event_id, read_event
+from wire.autopilots.event_log import KEPT, EventLog, LoggedEvent, ahead, before
+from wire.autopilots.px4_events import event_id
 
 _BEGINS: Final = event_id("commander_arming_check_summary")
 _ENDS: Final = event_id("commander_health_summary")
@@ -133,6 +135,7 @@ _NAV_STATES: Final = {
     (2, 0): 1,
     (3, 0): 2,
     (3, 1): 21,
+    (3, 2): 6,
     (4, 0): 3,
     (4, 2): 17,
     (4, 3): 4,
@@ -152,20 +155,42 @@ class Px4Checks:
     def __init__(self) -> None:
         self._failed: dict[int, int] = {}
         """Event to the modes that it bars."""
-        self._arriving: dict[int, int] | None = None
-        self._is_known = False
+        self._events = EventLog()
+        self._end: int | None = None
+        """The sequence with which the last whole report ended; None: there was none."""
 
-    def take(self, frame: bytes) -> None:
-        """Takes an EVENT frame, of whatever it tells."""
-        number, arguments = read_event(frame)
-        if number == _BEGINS:
-            self._arriving = {}
-        elif self._arriving is None:
-            return
-        elif number == _ENDS:
-            self._failed, self._arriving, self._is_known = self._arriving, None, True
-        elif number in _BY_NUMBER and len(self._arriving) < MAX_REASONS:
-            self._arriving[number] = _MODES.unpack_from(arguments)[0]
+    def take(self, frame: bytes) -> bool:
+        """Takes an EVENT frame, of whatever it tells. Whether it is new."""
+        if not self._events.take(frame):
+            return False
+        newest = self._events.newest
+        assert newest is not None
+        if self._end is not None and self._end not in self._events and ahead(self._end, newest) > -KEPT:
+            self._end = None  # the autopilot counts anew
+        for count in range(KEPT):
+            end = before(newest, count)
+            if end == self._end:
+                break
+            event = self._events.get(end)
+            report = self._report_before(end) if event is not None and event.number == _ENDS else None
+            if report is not None:
+                failing = ((one.number, _MODES.unpack_from(one.arguments)[0]) for one in reversed(report))
+                self._failed = dict([one for one in failing if one[0] in _BY_NUMBER][:MAX_REASONS])
+                self._end = end
+                break
+        return True
+
+    def _report_before(self, end: int) -> list[LoggedEvent] | None:
+        """The events of the report that ends there, newest first; None: one of them is missing."""
+        found: list[LoggedEvent] = []
+        for count in range(1, KEPT):
+            event = self._events.get(before(end, count))
+            if event is None or event.number == _ENDS:
+                return None
+            if event.number == _BEGINS:
+                return found
+            found.append(event)
+        return None
 
     def reasons(self, custom_mode: int) -> tuple[str, ...]:
         """Why it does not arm in this flight mode."""
@@ -178,6 +203,6 @@ class Px4Checks:
     @property
     def fence_breach(self) -> str | None:
         """Which limit of its fence is broken; empty: none; None: not known."""
-        if not self._is_known:
+        if self._end is None:
             return None
         return next((words for number, words in _FENCE.items() if number in self._failed), "")

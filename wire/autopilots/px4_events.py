@@ -7,12 +7,11 @@ of a name, with packed arguments. Names and layouts: its sources, 1.16; checked 
 from struct import Struct
 from typing import Final
 
+from wire.autopilots.event_log import read_event
 from wire.autopilots.failsafe_words import Failsafe, FailsafeAction, FailsafeCause
-from wire.frames import payload
 
 _COMPONENT: Final = 1 << 24
 """The autopilot's own events."""
-_EVENT: Final = Struct("<IIHBBB40s")
 
 
 def event_id(name: str) -> int:
@@ -51,15 +50,9 @@ _WARNS: Final = {
 }
 
 
-def read_event(frame: bytes) -> tuple[int, bytes]:
-    """The number and the packed arguments of an EVENT frame."""
-    number, _, _, _, _, _, arguments = _EVENT.unpack(payload(frame)[: _EVENT.size].ljust(_EVENT.size, b"\0"))
-    return number, arguments
-
-
 def read_failsafe(frame: bytes) -> Failsafe | None:
     """The failsafe that an EVENT frame tells of; None for any other event, and for numbers that nobody knows."""
-    number, arguments = read_event(frame)
+    _, (number, _, arguments) = read_event(frame)
     entered = _ENTERED.get(number)
     if entered is None:
         return None

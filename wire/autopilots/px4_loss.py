@@ -7,6 +7,7 @@ from wire.autopilots import px4_sticks
 from wire.autopilots.loss_sentence import About, Sentence, danger, info, warning
 from wire.autopilots.wanted_parameter import WantedParameter, with_bits
 from wire.control_messages import LossParameters, SafetySettings
+from wire.open_holds import LostAction
 
 _ACTIONS: Final = {
     1: "holds its place",
@@ -55,8 +56,8 @@ WITHOUT_RECEIVER: Final = (
 
 def is_simulated(values: Mapping[str, float]) -> bool:
     """A real board may have parameters whose name begins with SIM_. Only those count that switch a simulation on: in
-    the loop, on the board itself, or in Gazebo."""
-    return any(values.get(name, 0) > 0 for name in ("SYS_HITL", "SIM_GZ_EN"))
+    the loop, on the board itself, in Gazebo, or in its own simulation (SIH) in SITL, by its GPS."""
+    return any(values.get(name, 0) > 0 for name in ("SYS_HITL", "SIM_GZ_EN", "SENS_EN_GPSSIM"))
 
 
 def loss_sentences(parameters: LossParameters, safety: SafetySettings) -> Iterable[Sentence]:
@@ -84,6 +85,13 @@ def loss_sentences(parameters: LossParameters, safety: SafetySettings) -> Iterab
             f"The autopilot does the same {after_s:g} s after the tower, or the person at the controls, is gone in a "
             "mission or another flight by itself, whatever is set here.",
         )
+    silence_s = values.get("COM_DL_LOSS_T", 10.0)
+    if link_action == 0 and station_lost(values, 0, mission_is_over=True) is not None:
+        yield info(
+            "tower",
+            f"Where a mission ends in the air with nobody at the controls for {silence_s:g} s, the autopilot returns "
+            "to launch.",
+        )
     if link_action == 0:
         words = "NAV_DLL_ACT is 0: if the computer on board fails, the autopilot does not react to the loss"
         if values.get("NAV_RCL_ACT") == 0:
@@ -94,6 +102,24 @@ def loss_sentences(parameters: LossParameters, safety: SafetySettings) -> Iterab
         yield from _action(link_action, about="tower", name="NAV_DLL_ACT", what=lost)
     yield from _hold_without_sticks(parameters)
     yield from _set_points_lost(values)
+
+
+def station_lost(
+    values: Mapping[str, float], exceptions: int, *, mission_is_over: bool
+) -> tuple[LostAction, float] | None:
+    """What it does by itself without a ground station's heartbeats, and how many seconds after the last one.
+
+    `exceptions`: the bit of COM_DLL_EXCEPT and COM_RCL_EXCEPT for its flight mode; 0: there is none.
+    """
+    silence_s, link_action = values.get("COM_DL_LOSS_T", 10.0), values.get("NAV_DLL_ACT")
+    action = {2: LostAction.RETURN, 3: LostAction.LAND}.get(int(link_action or 0))
+    if action is not None:
+        is_excepted = int(values.get("COM_DLL_EXCEPT", 0)) & exceptions
+        return None if is_excepted else (action, silence_s + _holds_before_s(values, link_action))
+    misses_no_sticks = values.get("COM_RC_IN_MODE") == px4_sticks.NOBODYS or int(values.get("COM_RCL_EXCEPT", 0)) & 1
+    if link_action == 0 and mission_is_over and misses_no_sticks:
+        return LostAction.RETURN, silence_s
+    return None
 
 
 def _set_points_lost(values: Mapping[str, float]) -> Iterable[Sentence]:

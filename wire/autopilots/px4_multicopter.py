@@ -51,7 +51,7 @@ from wire.autopilots.px4_plans import Px4
 from wire.autopilots.vehicle_types import MULTICOPTERS
 from wire.dialect import mavlink
 from wire.firmware import Release
-from wire.open_holds import AfterSticks
+from wire.open_holds import AfterSticks, LostAction
 from wire.plan_fields import KeptFields
 
 _M: Final = mavlink
@@ -153,6 +153,7 @@ _MODES: Final = (
     # Reported as a sub mode of POSCTL. It circles without sticks; sticks change the circle, centred sticks do not stop
     # it.
     replace(_mode("ORBIT", 3, 1, "ORBIT", None, settable=False), sticks=Sticks.ADJUST),
+    _mode("POSCTL_SLOW", 3, 2, "POSITION SLOW", _T.BY_HAND, centred=True, offered=False),
     _mode("AUTO.READY", _AUTO, 1, "READY", None, settable=False),
     _mode("AUTO.FOLLOW", _AUTO, 8, "FOLLOW", None, settable=False),
     # AUTO without a sub mode is the mission.
@@ -185,6 +186,13 @@ def _after_sticks(number: int, values: Mapping[str, float], without: bool) -> Af
     if action <= 0:
         return _R.STAYS if without else _R.UNKNOWN
     return _RCL_ACTIONS.get(int(action), _R.UNKNOWN)
+
+
+def _station_lost(values: Mapping[str, float], number: int, mission_is_over: bool) -> tuple[LostAction, float] | None:
+    if number in (_RTL.custom_mode, *_LANDINGS):
+        return None
+    over = mission_is_over and number == _MISSION.custom_mode
+    return px4_loss.station_lost(values, _RCL_EXCEPTIONS.get(number, 0), mission_is_over=over)
 
 
 def _keeping(vehicle_type: int, release: Release | None) -> KeptFields:
@@ -228,12 +236,15 @@ PX4: Final = AutopilotFamily(
     shows_failsafe=True,
     answers_timesync=True,
     accepts_modes_it_does_not_enter=True,
+    flies_on_in=frozenset({_LOITER.custom_mode}),
     decides_later=True,
+    counts_from_last_release=True,
     loss_parameters=(
         "COM_RC_IN_MODE",
         "COM_RC_LOSS_T",
         "COM_DL_LOSS_T",
         "NAV_DLL_ACT",
+        "COM_DLL_EXCEPT",
         "NAV_RCL_ACT",
         "COM_RCL_EXCEPT",
         "COM_OBL_RC_ACT",
@@ -242,9 +253,11 @@ PX4: Final = AutopilotFamily(
         "COM_FAIL_ACT_T",
         "SYS_HITL",
         "SIM_GZ_EN",
+        "SENS_EN_GPSSIM",
     ),
     deciding_parameters=("COM_RC_IN_MODE", "NAV_RCL_ACT", "NAV_DLL_ACT"),
     after_sticks=_after_sticks,
+    station_lost=_station_lost,
     keeping=_keeping,
     mission_lacks=_NOT_IN_MISSIONS,
     mission_hides=frozenset({int(_M.MAV_CMD_DO_SET_HOME), int(_M.MAV_CMD_DO_LAND_START)}),

@@ -16,6 +16,7 @@ from wire.autopilots import registry
 from wire.autopilots.failsafe_words import Failsafe
 from wire.autopilots.profile import ArmingChecks
 from wire.dialect import mavlink
+from wire.firmware import Release, release_of
 from wire.frames import payload
 
 STATUSTEXT: Final = mavlink.MAVLINK_MSG_ID_STATUSTEXT
@@ -209,14 +210,19 @@ class KeptTelemetry:
         """Takes a STATUSTEXT frame. Those of a disarmed autopilot are reasons against arming, and no alerts."""
         self._arrived.append((frame, now, armed))
 
+    def release_of(self, firmware: int) -> Release | None:
+        """The newest release whose features this firmware of the autopilot surely has."""
+        family = registry.FAMILIES.get(self.autopilot)
+        return release_of(firmware) if family is None else family.release_of(firmware)
+
     def event(self, frame: bytes) -> None:
         """Takes an EVENT frame."""
         family = registry.FAMILIES.get(self.autopilot)
         if family is None or family.make_checks is None:
             return
-        self.failsafe_told = family.read_failsafe(frame) or self.failsafe_told
         self.checks = self.checks or family.make_checks()
-        self.checks.take(frame)
+        if self.checks.take(frame):
+            self.failsafe_told = family.read_failsafe(frame) or self.failsafe_told
         self.fence_breach = self.checks.fence_breach
 
     def decode(self, now: float) -> None:

@@ -31,6 +31,8 @@ from server.storage.file_budget import (
 )
 from wire.ids import DroneId
 
+_ULOG: Final = b"ULog"
+"""PX4's format begins so; ArduPilot's dataflash does not."""
 _NAME: Final = re.compile(r"(\d{1,5})-(\d{1,10})\.bin")
 _PART: Final = ".part"
 _MB: Final = 1_000_000
@@ -46,6 +48,11 @@ class KeptLog:
     size_bytes: int
     kept_at: float
     path: Path
+
+    def ending(self) -> str:
+        """The usual ending of such a file's name, by how it begins. Reads it."""
+        with self.path.open("rb") as file:
+            return "ulg" if file.read(len(_ULOG)) == _ULOG else "bin"
 
 
 @dataclass(eq=False)

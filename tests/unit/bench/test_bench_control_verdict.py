@@ -1,11 +1,12 @@
 """The verdict on a flight: what counts as sinking, and what as announced in advance."""
 
 import math
+from datetime import UTC, datetime, timedelta
 from typing import Any
 
 import pytest
 
-from bench.control_verdict import Announcement, Record, announces, judge
+from bench.control_verdict import PX4, Announcement, Record, announces, judge
 from bench.tap import ModeSeen, Motion, Stick
 
 ALT_HOLD, AUTO, LOITER, RTL, LAND, BRAKE = 2, 3, 5, 6, 9, 17
@@ -138,3 +139,36 @@ def test_a_hold_in_the_mode_that_was_flown_began_when_it_was_asked_for() -> None
 )
 def test_what_announces_a_descent(hold: dict[str, Any] | None, reported: bool) -> None:
     assert announces(hold) is reported
+
+
+@pytest.mark.parametrize(("due_s", "wrong"), [(30.0, 0), (32.5, 0), (45.0, 1), (20.0, 1)])
+def test_a_return_at_another_moment_than_the_announced_one_is_wrong(due_s: float, wrong: int) -> None:
+    as_of = datetime(2026, 1, 1, tzinfo=UTC)
+    hold = COUNTING | {"as_of": as_of.isoformat(), "due_at": (as_of + timedelta(seconds=due_s - 2.0)).isoformat()}
+    motions = straight(30, 25) + straight(60, 25, -1.0, since_s=30)
+    told = (Announcement(2.0, "admin", hold),)
+    record = flight(motions, (0.03, ALT_HOLD), (1.5, BRAKE), (30.0, RTL), reported=told)
+    assert len(judge(record).wrong) == wrong
+
+
+def test_a_px4_is_judged_by_its_own_modes() -> None:
+    loiter, landing = 4 << 16 | 3 << 24, 4 << 16 | 6 << 24
+    sinking = straight(20, 25) + straight(30, 25, -2.5, since_s=20)
+    (words,) = judge(flight(sinking, (0.03, loiter), table=PX4)).wrong
+    assert words.endswith("in AUTO.LOITER")
+    (words,) = judge(flight(sinking, (0.03, loiter), (20.0, landing), table=PX4)).wrong
+    assert words == "admin was not told of the AUTO.LAND"
+
+
+@pytest.mark.parametrize(("has_agent", "wrong"), [(True, 1), (False, 0)])
+def test_nobody_tells_of_a_hold_without_an_agent(has_agent: bool, wrong: int) -> None:
+    told = (Announcement(0.2, "admin", None),)
+    record = flight(straight(120, 25), (0.03, ALT_HOLD), (1.5, BRAKE), reported=told, has_agent=has_agent)
+    assert len(judge(record).wrong) == wrong
+
+
+def test_a_hold_that_flies_on_is_wrong() -> None:
+    still = straight(60, 25)
+    motions = [Motion(one.at, one.alt_m, 5.0, 0.0, 5.0 * max(one.at - 1.5, 0.0), 0.0) for one in still]
+    (words,) = judge(flight(motions, (0.03, ALT_HOLD), (1.5, BRAKE))).wrong
+    assert words.endswith("m away in a hold that stays")

@@ -1,5 +1,6 @@
 """The action when tower or person stays lost: each rule of `onboard_agent/failsafe/lost_action.py`, and its tables."""
 
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -367,3 +368,53 @@ def test_the_tables_have_every_cell_and_a_way_out_of_every_phase() -> None:
         if phase is not LostPhase.QUIET:
             assert NEXT[phase, LostEvent.BACK] is LostPhase.QUIET
             assert NEXT[phase, LostEvent.CALLED_OFF] is LostPhase.QUIET
+
+
+class OnItsOwn(Bench):
+    """The autopilot returns by itself at `own_at_s`, because it hears no ground station."""
+
+    own_at_s: float | None = 15.0
+    own_action = LostAction.RETURN
+
+    def loss(self) -> Loss:
+        loss = super().loss()
+        if self.own_at_s is None:
+            return loss
+        return replace(loss, own=(self.own_action, self.own_at_s - (self.now - self.lost_at)))
+
+
+@pytest.mark.parametrize("lost", list(Lost))
+@pytest.mark.parametrize("action", [LostAction.CONTINUE, LostAction.STAY, LostAction.RETURN])
+def test_what_the_autopilot_does_first_is_counted(action: LostAction, lost: Lost) -> None:
+    bench = OnItsOwn(action, mode=AUTO, lost=lost).until(5.0)
+    acting = bench.acting
+    assert (acting.phase, acting.action) == (LostPhase.COUNTING, LostAction.RETURN)
+    assert acting.due_in_s is not None and abs(acting.due_in_s - 10.0) < 0.1
+    bench.until(15.2).mode = RTL
+    bench.until(60.0)
+    assert (acting.phase, acting.action, bench.sent) == (LostPhase.DONE, LostAction.RETURN, [])
+
+
+def test_a_mission_without_anybody_counts_what_the_autopilot_does() -> None:
+    bench = OnItsOwn(mode=AUTO, lost=Lost.PERSON)
+    bench.lost_at += 1000.0  # nobody needs to be there: the mission was started to fly alone
+    bench.own_at_s = -990.0
+    bench.until(-999.0)
+    assert (bench.acting.phase, bench.acting.lost) == (LostPhase.COUNTING, Lost.PERSON)
+    assert bench.lines == ["the autopilot hears no ground station: return in 10 s"]
+    bench.own_at_s = None  # somebody is at the controls again
+    bench.until(-998.0)
+    assert (bench.acting.phase, bench.acting.due_in_s) == (LostPhase.QUIET, None)
+
+
+def test_what_the_agent_does_first_is_counted_as_ever() -> None:
+    bench = OnItsOwn(LostAction.LAND, after_s=10.0)
+    bench.until(5.0)
+    assert (bench.acting.action, bench.acting.due_in_s is not None) == (LostAction.LAND, True)
+    assert bench.until(10.2).actions == [(10.0, LossResponse.LAND)]
+
+
+def test_an_autopilot_that_does_not_act_hears_another_station() -> None:
+    bench = OnItsOwn(LostAction.CONTINUE, mode=AUTO).until(19.0)
+    assert (bench.acting.phase, bench.acting.due_in_s) == (LostPhase.COUNTING, 0.0)
+    assert bench.until(25.0).acting.phase is LostPhase.QUIET

@@ -16,7 +16,7 @@ from simulator.px4.flavour import PX4
 from simulator.px4.modes import Px4Mode
 from simulator.receiver import Receiver
 from wire.dialect import mavlink
-from wire.open_holds import AfterSticks, HoldStage
+from wire.open_holds import AfterSticks, HoldStage, Lost, LostAction, LostPhase
 
 SET_UP: Final = {"COM_RC_IN_MODE": 1.0, "NAV_RCL_ACT": 2.0, "COM_RCL_EXCEPT": 7.0}
 """As documented for a drone without a receiver."""
@@ -187,3 +187,51 @@ def test_another_stations_sticks_are_no_receiver() -> None:
 def frame_of(message: Any, system_id: int) -> bytes:
     packer = mavlink.MAVLink(None, srcSystem=system_id, srcComponent=1)
     return bytes(message.pack(packer))
+
+
+def going_to(place_m: float = 400.0, **how: Any) -> HeldCopter:
+    """Towards a place in the north, in AUTO.LOITER, at some speed."""
+    world = up(**how)
+    world.hand = None
+    lat = HOME.lat_deg + place_m / 111_320
+    place = (lat, HOME.lon_deg, HOME.alt_amsl_m + UP_M)
+    world.send(command(mavlink.MAV_CMD_DO_REPOSITION, -1, 1, 0, math.nan, *place))
+    world.pass_until(lambda: of(world).body.vn_mps > 3.0)
+    return world
+
+
+@pytest.mark.parametrize("source", [0, 1, 3])
+@pytest.mark.parametrize("receiver", list(Receiver))
+def test_a_hold_ends_a_flight_to_a_target(receiver: Receiver, source: int) -> None:
+    world = going_to(receiver=receiver, parameters=SET_UP | {"COM_RC_IN_MODE": source})
+    world.take()
+    world.pass_time(12.0)
+    north_m = of(world).body.north_m
+    world.pass_time(10.0)
+    assert of(world).mode is Px4Mode.LOITER
+    assert abs(of(world).body.north_m - north_m) < 2.0
+
+
+@pytest.mark.parametrize(("action", "mode"), [(2, Px4Mode.RTL), (3, Px4Mode.LAND)])
+def test_what_it_does_without_a_ground_station_is_counted(action: int, mode: Px4Mode) -> None:
+    world = up(parameters=SET_UP | {"NAV_DLL_ACT": action})
+    world.hand = None
+    world.holder_is(present=False)
+    world.pass_time(5.0)
+    told_at, state = world.states()[-1]
+    wanted = LostAction.RETURN if action == 2 else LostAction.LAND
+    assert (state.phase, state.action, state.lost) == (LostPhase.COUNTING, wanted, Lost.PERSON)
+    assert state.due_in_s is not None
+    due_at = told_at + state.due_in_s
+    world.pass_until(lambda: of(world).mode is mode)
+    assert abs(world.now - due_at) < 1.5
+    world.pass_time(2.0)
+    assert (world.state.phase, world.state.action) == (LostPhase.DONE, wanted)
+
+
+def test_nothing_is_counted_where_it_does_nothing() -> None:
+    world = up(parameters=SET_UP | {"NAV_DLL_ACT": 2, "COM_DLL_EXCEPT": 2})
+    world.hand = None
+    world.holder_is(present=False)
+    world.pass_time(20.0)
+    assert (of(world).mode, world.state.action) != (Px4Mode.RTL, LostAction.RETURN)

@@ -101,6 +101,7 @@ def test_a_drone_that_is_set_up_well_is_in_no_danger(values: dict[str, float], h
         (PX4 | WITH_RADIO, None, USUAL, "radio", "danger", "not known whether"),
         (PX4 | {"NAV_DLL_ACT": 5.0}, True, USUAL, "tower", "danger", "falls"),
         (PX4 | {"NAV_DLL_ACT": 0.0}, True, USUAL, "tower", "warning", "NAV_DLL_ACT is 0"),
+        (PX4 | {"NAV_DLL_ACT": 0.0, "COM_RCL_EXCEPT": 7.0}, False, USUAL, "tower", "info", "Where a mission ends"),
         (PX4 | {"NAV_DLL_ACT": 0.0, "NAV_RCL_ACT": 0.0}, True, USUAL, "tower", "danger", "nothing else"),
         (PX4 | {"COM_RCL_EXCEPT": 5.0}, True, USUAL, "radio", "info", "a mission, offboard flight"),
     ],

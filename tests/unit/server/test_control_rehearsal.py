@@ -17,6 +17,7 @@ from wire.ids import DroneId, UserId
         ("ardupilot", {"SIM_SPEEDUP": -1.0}, True),
         ("ardupilot", {"FS_GCS_ENABLE": 1.0}, False),
         ("px4", {"SYS_HITL": 0.0, "SIM_GZ_EN": 1.0}, True),
+        ("px4", {"SYS_HITL": 0.0, "SIM_GZ_EN": 0.0, "SENS_EN_GPSSIM": 1.0}, True),
         ("px4", {"SYS_HITL": 1.0}, True),
         ("px4", {"SYS_HITL": 2.0}, True),
         # A PX4 on a real board has these as well, switched off.

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from wire.autopilots.registry import FAMILIES
+from wire.dialect import mavlink
 from wire.firmware import Release, firmware_words, release_of
 
 
@@ -27,3 +29,9 @@ def version(major: int, minor: int, patch: int, kind: int) -> int:
 def test_a_release_and_its_words(number: int, words: str, release: Release | None) -> None:
     assert firmware_words(number) == words
     assert release_of(number) == release
+
+
+def test_a_build_some_commits_after_a_release_has_what_that_has() -> None:
+    assert FAMILIES[mavlink.MAV_AUTOPILOT_PX4].release_of(version(1, 16, 0, 0)) == (1, 16)
+    assert FAMILIES[mavlink.MAV_AUTOPILOT_PX4].release_of(version(1, 17, 0, 64)) == (1, 16)
+    assert FAMILIES[mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA].release_of(version(4, 7, 0, 0)) == (4, 6)

@@ -1,5 +1,6 @@
 """PX4's arming checks, from its events."""
 
+import itertools
 import struct
 
 from wire.autopilots.px4_checks import Px4Checks
@@ -20,14 +21,18 @@ def frame(message: bytes) -> bytes:
     return bytes((0xFD, len(message), 0, 0, 0, 1, 1, EVENT & 0xFF, EVENT >> 8, 0)) + message + b"\0\0"
 
 
+SEQUENCE = itertools.count(1)
+
+
 def event(name: str, modes: int = 0) -> bytes:
-    message = struct.pack("<IIHBBBI", event_id(name), 1, 1, 0, 0, 0x33, modes)
+    sequence = next(SEQUENCE)
+    message = struct.pack("<IIHBBBI", event_id(name), sequence, sequence, 0, 0, 0x33, modes)
     return frame(message.rstrip(b"\0"))
 
 
 def report(*failing: tuple[str, int]) -> list[bytes]:
-    summary, end = event("commander_arming_check_summary"), event("commander_health_summary")
-    return [summary, *(event(name, modes) for name, modes in failing), end]
+    parts = (("commander_arming_check_summary", 0), *failing, ("commander_health_summary", 0))
+    return [event(name, modes) for name, modes in parts]
 
 
 def told(frames: list[bytes]) -> Px4Checks:
@@ -64,3 +69,25 @@ def test_an_event_outside_a_report_an_unknown_one_and_an_unknown_mode_tell_nothi
     checks = told([event("check_modes_global_pos", 0xFFFFFFFF), *report(("check_of_next_year", 0xFFFFFFFF))])
     assert checks.reasons(LOITER) == ()
     assert told(report(("check_modes_mission", 0xFFFFFFFF))).reasons(99 << 16) == ()
+
+
+def test_a_report_with_a_missed_event_counts_when_it_comes() -> None:
+    whole = report(("check_modes_home_position", 0xFFFFFFFF))
+    checks = told(whole)
+    first, missed, last = report(("check_battery_low", 0xFFFFFFFF))
+    for one in (first, last):
+        checks.take(one)
+    assert checks.reasons(LOITER) == ("home is not set",)
+    assert (checks.take(missed), checks.take(missed)) == (True, False)
+    assert checks.reasons(LOITER) == ("the battery is low",)
+    for one in whole:
+        assert not checks.take(one), "an old report that comes again"
+    assert checks.reasons(LOITER) == ("the battery is low",)
+
+
+def test_a_report_that_lost_its_end_is_not_mixed_with_the_next() -> None:
+    checks = told(report(("check_battery_low", 0xFFFFFFFF))[:-1])
+    begins, *_, ends = report()
+    for one in (begins, ends):
+        checks.take(one)
+    assert checks.reasons(LOITER) == ()

@@ -1598,6 +1598,18 @@ export const AUTOPILOTS = [
         "isOffered": false
       },
       {
+        "name": "POSITION SLOW",
+        "ownName": "POSCTL_SLOW",
+        "aliases": [],
+        "customMode": 33751040,
+        "main": 3,
+        "sub": 2,
+        "obeysSticks": true,
+        "task": "by-hand",
+        "drifts": false,
+        "isOffered": false
+      },
+      {
         "name": "READY",
         "ownName": "AUTO.READY",
         "aliases": [],
