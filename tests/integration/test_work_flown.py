@@ -68,6 +68,15 @@ async def refusal(pilot: Pilot, command_: str, **body: Any) -> Any:
     raise AssertionError(answer.body)
 
 
+async def loss_parameters(pilot: Pilot) -> None:
+    """Waits until the tower knows what the autopilot does when somebody is lost."""
+    for _ in range(300):
+        if (await pilot.ask("GET", "/loss-check")).json["complete"]:
+            return
+        await asyncio.sleep(0.1)
+    raise AssertionError("the autopilot's failsafes were not read")
+
+
 async def parameters(pilot: Pilot) -> dict[str, float]:
     """Returns the parameters once they are known."""
     for _ in range(300):
@@ -138,6 +147,7 @@ async def test_a_px4_is_told_all_of_it_and_does_it(world: World) -> None:
         items = [*mission(12)[:-1], [RETURN, 2, [0, 0, 0, 0], 0, 0, 0, 1]]
         await work(pilot, "PUT", "/mission", {"items": items})
         # With this parameter it would drop or lose the drone.
+        await loss_parameters(pilot)
         refused = await refusal(pilot, "takeoff", height_m=15)
         assert refused["type"] == "/problems/loss-check"
         assert (await pilot.ask("POST", "/loss-check/acknowledge", {"drone": "Kestrel"})).status == 200
