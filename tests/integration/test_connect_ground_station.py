@@ -9,6 +9,7 @@ import select
 import socket
 import struct
 import threading
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, Final
@@ -151,7 +152,21 @@ class Files:
             found = [look(one) for one in self._answers()]  # checks each response
             return any(found)
 
-        wait_for(what, looked, timeout_s=10.0)
+        wait_for(what, looked, timeout_s=30.0)
+
+    def _open(self, name: bytes) -> None:
+        """Asks again, as every ground station does: a datagram may be lost beside those of all parameters."""
+        asked_at = float("-inf")
+
+        def opened() -> bool:
+            nonlocal asked_at
+            if time.monotonic() - asked_at > 2.0:
+                asked_at = time.monotonic()
+                self._say(OPEN, data=name)
+            answers = [one[:2] for one in self._answers()]  # all are read
+            return (ACK, OPEN) in answers
+
+        wait_for("the file to open", opened, timeout_s=30.0)
 
     def read(self, name: bytes) -> bytes:
         blocks: dict[int, bytes] = {}
@@ -162,8 +177,7 @@ class Files:
                 blocks[offset] = data
             return request == BURST and (op != ACK or len(data) < BLOCK)
 
-        self._say(OPEN, data=name)
-        self._until("the file to open", lambda one: one[:2] == (ACK, OPEN))
+        self._open(name)
         self._say(BURST, size=BLOCK)
         self._until("the end of the burst", block)
         end = max(offset + len(data) for offset, data in blocks.items())

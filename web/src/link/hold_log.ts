@@ -30,13 +30,15 @@ const MAX_STEPS = 12;
 
 export function nextHold(last: HoldLog | null, event: HoldEvent, nowMs: number): HoldLog {
   const cause = event.cause ?? 'order';
-  const goesOn = last !== null && last.epoch === event.epoch && last.cause === cause && !beginsAnew(last, event);
+  const isSameOrder = last !== null && last.epoch === event.epoch && last.cause === cause && event.step !== 'ordered';
+  const goesOn = isSameOrder && !beginsAnew(last);
   const step: HoldStep = { step: event.step, detail: event.detail, elapsedMs: event.elapsed_ms };
   const steps = [...(goesOn ? last.steps : []), step].slice(-MAX_STEPS);
   return {
     epoch: event.epoch,
     cause,
-    reason: orderReason(event) || (goesOn ? last.reason : ''),
+    // Two orders of one TAKE are confirmed one after the other: the second confirmation has the same reason.
+    reason: isSameOrder ? last.reason : orderReason(event),
     steps,
     phase: FINAL_STEPS.has(event.step) ? (event.step as HoldPhase) : goesOn ? last.phase : 'running',
     confirmedMs: event.step === 'confirmed' ? event.elapsed_ms : goesOn ? last.confirmedMs : null,
@@ -45,11 +47,5 @@ export function nextHold(last: HoldLog | null, event: HoldEvent, nowMs: number):
   };
 }
 
-/**
- * `ordered` opens a hold; after its end, so does any other step, except that an unconfirmed hold may still be
- * confirmed.
- */
-function beginsAnew(last: HoldLog, event: HoldEvent): boolean {
-  if (event.step === 'ordered') return true;
-  return last.phase === 'confirmed' || last.phase === 'not_needed';
-}
+/** `ordered` opens a hold; after its end, so does any other step, except that an unconfirmed hold may be confirmed. */
+const beginsAnew = (last: HoldLog): boolean => last.phase === 'confirmed' || last.phase === 'not_needed';

@@ -65,6 +65,16 @@ describe('the log of a hold', () => {
     expect(logOf(ordered, hold('confirmed'), hold('ordered')).reason).toBe('');
   });
 
+  it('keeps the reason when the second of two orders is confirmed after the first', () => {
+    const log = logOf(
+      hold('ordered', { detail: 'not confirmed by the database yet' }),
+      hold('ordered', { detail: 'airspace closed' }),
+      hold('confirmed', { elapsed_ms: 5 }),
+      hold('confirmed', { elapsed_ms: 9 }),
+    );
+    expect(log).toMatchObject({ reason: 'airspace closed', phase: 'confirmed', confirmedMs: 9 });
+  });
+
   it('is bounded, and takes an older tower without a cause', () => {
     const many = Array.from({ length: 50 }, () => hold('mode_requested', { cause: undefined as never }));
     expect(logOf(...many).steps.length).toBeLessThan(20);
