@@ -147,15 +147,15 @@ async def _stick(drone: FlownDrone, sticks: Sticks, seconds: float) -> None:
     await asyncio.sleep(seconds)
 
 
-async def _hover(drone: FlownDrone) -> None:
+async def hover(drone: FlownDrone) -> None:
     await _stick(drone, Sticks(), 1.0)
 
 
-async def _climb(drone: FlownDrone) -> None:
+async def climb(drone: FlownDrone) -> None:
     await _stick(drone, Sticks(z=1000), 3.0)
 
 
-async def _descend(drone: FlownDrone) -> None:
+async def descend(drone: FlownDrone) -> None:
     await _stick(drone, Sticks(z=0), 3.0)
 
 
@@ -182,9 +182,9 @@ async def _near_ground(drone: FlownDrone) -> None:
 
 
 SITUATIONS: Final = (
-    Situation("hover", _hover),
-    Situation("full climb", _climb),
-    Situation("full descent", _descend, brief=True),
+    Situation("hover", hover),
+    Situation("full climb", climb),
+    Situation("full descent", descend, brief=True),
     Situation("full forward", _forward),
     Situation("AUTO", _auto, mission=True),
     Situation("RTL", _rtl),

@@ -6,7 +6,7 @@ import asyncio
 import contextlib
 from typing import Any, Final
 
-from bench.control_situations import HEIGHT_M, LOW_HEIGHT_M, NEAR_GROUND_M, Situation
+from bench.control_situations import HEIGHT_M, LOW_HEIGHT_M, NEAR_GROUND_M, Situation, climb, descend, hover
 from bench.person import Refused, Sticks
 from bench.real_px4 import RealPx4
 from bench.rig import HOME, wait_for
@@ -76,23 +76,6 @@ async def command(drone: FlownDrone, name: str, **body: Any) -> Any:
     return await drone.operator.ask("POST", f"/drones/{drone.drone_id}/commands", {"command": name, **body})
 
 
-async def _stick(drone: FlownDrone, sticks: Sticks, seconds: float) -> None:
-    drone.operator.sticks = sticks
-    await asyncio.sleep(seconds)
-
-
-async def _hover(drone: FlownDrone) -> None:
-    await _stick(drone, Sticks(), 1.0)
-
-
-async def _climb(drone: FlownDrone) -> None:
-    await _stick(drone, Sticks(z=1000), 3.0)
-
-
-async def _descend(drone: FlownDrone) -> None:
-    await _stick(drone, Sticks(z=0), 3.0)
-
-
 async def _forward(drone: FlownDrone) -> None:
     drone.operator.sticks = Sticks(x=1000)
     await wait_for("5 m/s", lambda: drone.tap.motions[-1].speed_mps > _FAST_M_S, 20)
@@ -143,9 +126,9 @@ async def _off_board(drone: FlownDrone) -> None:
 
 
 PX4_SITUATIONS: Final = (
-    Situation("hover", _hover),
-    Situation("full climb", _climb),
-    Situation("full descent", _descend, brief=True),
+    Situation("hover", hover),
+    Situation("full climb", climb),
+    Situation("full descent", descend, brief=True),
     Situation("full forward", _forward),
     Situation("near the ground", _near_ground, LOW_HEIGHT_M, brief=True),
     Situation("LOITER", _loiter, by_hand=False),

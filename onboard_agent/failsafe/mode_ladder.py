@@ -32,7 +32,8 @@ LATE_RETRY_S: Final = 1.0
 FAST_FOR_S: Final = 3.0
 IN_PROGRESS_WAIT_S: Final = 1.0
 STALLED_S: Final = 0.2
-"""Several ticks. A longer pause is this process's own: the autopilot's responses wait to be read meanwhile."""
+"""Several ticks. What a pause lasts longer is this process's own: responses wait to be read meanwhile. So much of each
+pause counts, or a computer that is always slow would never leave a rung."""
 SHOW_RETRY_S: Final = 0.05
 """Interval of HEARTBEAT requests, since the first may precede the mode change. Applies within the patience for a rung;
 later each mode request brings one."""
@@ -136,8 +137,7 @@ class ModeLadder:
         """Requests to send now."""
         if not self._asking:
             return []
-        if now - self._looked_at > STALLED_S:
-            self._leave_at += now - self._looked_at
+        self._leave_at += max(0.0, now - self._looked_at - STALLED_S)
         self._looked_at = now
         if self._again:
             self._begin_rung(now)

@@ -139,6 +139,14 @@ def test_time_in_which_the_agent_did_not_run_counts_for_no_rung() -> None:
     assert bench.steps()[-1] == ("confirmed", "LOITER")
 
 
+def test_a_computer_that_is_always_slow_goes_down_the_ladder_all_the_same() -> None:
+    bench = Bench("LOITER")
+    for _ in range(6):
+        bench.pass_time(STEP_S)
+        bench.now += 1.0
+    assert bench.asked()[-1] == ALT_HOLD
+
+
 def test_the_mode_it_was_in_does_not_confirm_by_another_rungs_answer() -> None:
     bench = Bench("LOITER").pass_time(0.05).beat(LOITER).pass_time(PATIENCE_S).ack(0)
     assert ("confirmed", "LOITER") not in bench.steps()
