@@ -41,6 +41,8 @@ class Parameters:
         self.version = 0
         """Grows with each change: what is made of the values can be kept until then."""
         self._by_name = {parameter.name: parameter for parameter in self._ordered}
+        self._values = {parameter.name: parameter.value for parameter in self._ordered}
+        self._follow()
         for name, value in overrides:
             if self.set(name, value) is None:
                 raise KeyError(f"no parameter {name!r}, or {value} is no value for it")
@@ -52,10 +54,13 @@ class Parameters:
         return iter(self._ordered)
 
     def __getitem__(self, name: str) -> float:
-        return self._by_name[name].value
+        return self._values[name]
 
     def whole(self, name: str) -> int:
-        return int(self._by_name[name].value)
+        return int(self._values[name])
+
+    def _follow(self) -> None:
+        """Works out the values of names that follow from others, after each change."""
 
     def find(self, name: str) -> Parameter | None:
         return self._by_name.get(name)
@@ -87,6 +92,8 @@ class Parameters:
         else:
             low, high = _RANGES[parameter.kind]
             parameter.value = float(min(max(round(value), low), high))
+        self._values[name] = parameter.value
+        self._follow()
         self.version += 1
         return parameter
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 from simulator.airframe import MOTOR_MAX_N, WEIGHT_N
 from simulator.behaviours import Behaviour
@@ -17,6 +18,8 @@ PILOT_CLIMB_LAG_S = 0.4
 BRAKE_S = 5.5
 """Time that BRAKE needs to stop."""
 BRAKE_LIMITS = Limits(1.0, 1.0, 1.0, 7.5, 2.5)
+_limits = lru_cache(maxsize=64)(Limits)
+"""The same ones in each tick, while nobody writes a parameter."""
 
 
 class Stabilize(Behaviour):
@@ -87,7 +90,7 @@ class Loiter(Behaviour):
         accel = parameters["LOIT_ACC_MAX"] / 100.0 if pushing else parameters["LOIT_BRK_ACCEL"] / 100.0
         yaw = flight.body.attitude()[2]
         cos, sin = math.cos(yaw), math.sin(yaw)
-        limits = Limits(speed, 2.5, 2.5, accel)
+        limits = _limits(speed, 2.5, 2.5, accel)
         target.fly_with(forward * cos - right * sin, forward * sin + right * cos, limits, TICK_S)
         flight.fly()
 
@@ -167,7 +170,7 @@ def climb_with_stick(behaviour: Behaviour) -> bool:
             flight.rest()
             return False
         flight.lift_off()
-    limits = Limits(1.0, 1.0, 1.0, 2.5, flight.parameters["PILOT_ACCEL_Z"] / 100.0)
+    limits = _limits(1.0, 1.0, 1.0, 2.5, flight.parameters["PILOT_ACCEL_Z"] / 100.0)
     flight.target.climb_with(climb, limits, TICK_S, PILOT_CLIMB_LAG_S)
     if flight.body.on_ground:
         flight.target.alt_m = max(flight.target.alt_m, flight.body.alt_m - 0.5)

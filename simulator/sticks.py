@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import bisect
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from simulator.geodesy import clamp
 from simulator.parameters import Parameters
@@ -26,6 +27,26 @@ SWITCH_EDGES = (1230, 1360, 1490, 1620, 1749)
 """Of the six positions of the mode switch."""
 
 
+@dataclass(frozen=True, slots=True)
+class _Axis:
+    """The channel of an axis, and its calibration: RCMAP_*, RCn_*."""
+
+    index: int
+    low: float
+    high: float
+    trim: float
+    zone: float
+    sign: float
+
+    @classmethod
+    def of(cls, parameters: Parameters, name: str) -> _Axis:
+        channel = min(max(parameters.whole(f"RCMAP_{name}"), 1), 16)
+        low, high, trim, zone, is_reversed = (
+            parameters[f"RC{channel}_{what}"] for what in ("MIN", "MAX", "TRIM", "DZ", "REVERSED")
+        )
+        return cls(channel - 1, low, high, trim, zone, -1.0 if is_reversed else 1.0)
+
+
 class Sticks:
     def __init__(self, parameters: Parameters, receiver: Receiver) -> None:
         self._parameters = parameters
@@ -38,6 +59,8 @@ class Sticks:
         self._receiver_ever_heard = False
         self._override: dict[int, tuple[int, float]] = {}
         self._override_came = False
+        self._axes: dict[str, _Axis] = {}
+        self._axes_version = -1
 
     def accepts(self, sender_sysid: int) -> bool:
         return sender_sysid == self._parameters.whole("SYSID_MYGCS")
@@ -77,13 +100,12 @@ class Sticks:
             ("THROTTLE", z, 0, 1000),
             ("YAW", r, -1000, 1000),
         ):
-            channel = self._channel(axis)
+            flown = self._axis(axis)
             if value == AXIS_INVALID:
-                self._release(channel - 1)
+                self._release(flown.index)
                 continue
-            lowest, highest = self._range(channel)
             share = clamp((value - low) / (high - low), 0.0, 1.0)
-            self._set(channel - 1, round(lowest + share * (highest - lowest)), now_s)
+            self._set(flown.index, round(flown.low + share * (flown.high - flown.low)), now_s)
 
     def _set(self, index: int, pwm: int, now_s: float) -> None:
         if self._parameters["RC_OVERRIDE_TIME"] == 0:
@@ -136,15 +158,14 @@ class Sticks:
     @property
     def throttle(self) -> float:
         """0..1000; 0 is the bottom of the stick, dead zone included."""
-        channel = self._channel("THROTTLE")
-        pwm = self.pwm[channel - 1]
-        return self._throttle_of(channel, pwm) if pwm in PWM_VALID else 0.0
+        axis = self._axis("THROTTLE")
+        pwm = self.pwm[axis.index]
+        return _throttle(axis, pwm) if pwm in PWM_VALID else 0.0
 
     @property
     def throttle_mid(self) -> float:
-        channel = self._channel("THROTTLE")
-        low, high = self._range(channel)
-        return self._throttle_of(channel, (low + high) / 2)
+        axis = self._axis("THROTTLE")
+        return _throttle(axis, (axis.low + axis.high) / 2)
 
     @property
     def climb_mps(self) -> float:
@@ -167,28 +188,26 @@ class Sticks:
             return None
         return 1 + bisect.bisect_left(SWITCH_EDGES, pwm)
 
-    def _channel(self, axis: str) -> int:
-        return min(max(self._parameters.whole(f"RCMAP_{axis}"), 1), 16)
+    def _axis(self, name: str) -> _Axis:
+        if self._parameters.version != self._axes_version:
+            self._axes_version = self._parameters.version
+            self._axes = {axis: _Axis.of(self._parameters, axis) for axis in ("ROLL", "PITCH", "THROTTLE", "YAW")}
+        return self._axes[name]
 
-    def _range(self, channel: int) -> tuple[float, float]:
-        return self._parameters[f"RC{channel}_MIN"], self._parameters[f"RC{channel}_MAX"]
-
-    def _throttle_of(self, channel: int, pwm: float) -> float:
-        low, high = self._range(channel)
-        low += self._parameters[f"RC{channel}_DZ"]
-        return clamp(1000.0 * (pwm - low) / max(high - low, 1.0), 0.0, 1000.0)
-
-    def _centred(self, axis: str) -> float:
-        channel = self._channel(axis)
-        pwm = self.pwm[channel - 1]
+    def _centred(self, name: str) -> float:
+        axis = self._axis(name)
+        pwm = self.pwm[axis.index]
         if pwm not in PWM_VALID:
             return 0.0
-        low, high = self._range(channel)
-        trim, zone = self._parameters[f"RC{channel}_TRIM"], self._parameters[f"RC{channel}_DZ"]
-        if pwm > trim + zone:
-            value = (pwm - trim - zone) / max(high - trim - zone, 1.0)
-        elif pwm < trim - zone:
-            value = (pwm - trim + zone) / max(trim - zone - low, 1.0)
+        if pwm > axis.trim + axis.zone:
+            value = (pwm - axis.trim - axis.zone) / max(axis.high - axis.trim - axis.zone, 1.0)
+        elif pwm < axis.trim - axis.zone:
+            value = (pwm - axis.trim + axis.zone) / max(axis.trim - axis.zone - axis.low, 1.0)
         else:
             return 0.0
-        return clamp(value, -1.0, 1.0) * (-1.0 if self._parameters[f"RC{channel}_REVERSED"] else 1.0)
+        return axis.sign * clamp(value, -1.0, 1.0)
+
+
+def _throttle(axis: _Axis, pwm: float) -> float:
+    low = axis.low + axis.zone
+    return clamp(1000.0 * (pwm - low) / max(axis.high - low, 1.0), 0.0, 1000.0)

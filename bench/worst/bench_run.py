@@ -42,6 +42,7 @@ from bench.worst.full_database import DRONES, fill
 from server.app.composition import create_app
 from server.app.serving import TowerServer
 from server.app.tower import TowerApp
+from server.kernel.shares import SHARES, ShareName
 from server.live.live_messages import FromBrowser
 from server.runtime.garbage import settle_memory
 from server.runtime.listening import address_in_words, listen
@@ -89,7 +90,8 @@ async def run(report: Report, options: argparse.Namespace) -> None:
         keys = (await make_fleet(folder, DRONES))[:AGENTS]
         settings = Settings(
             var=folder, web=folder / "no-console", port=0, udp_port=0, argon2_memory_kib=64, argon2_rounds=1,
-            argon2_process=False, database_timeout_s=20.0, agent_frames_per_s=1_000_000, agent_frames_burst=1_000_000
+            argon2_process=False, database_timeout_s=20.0, agent_frames_per_s=1_000_000, agent_frames_burst=1_000_000,
+            shares=((ShareName.REQUEST_TIME, SHARES[ShareName.REQUEST_TIME].most),),
         )  # fmt: skip
         database = open_database(settings.database_url)
         await fill(database)

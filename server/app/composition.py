@@ -68,7 +68,9 @@ from server.http.prepare_routes import prepare_routes
 from server.http.problem_docs import describe_problems
 from server.http.problems import handle_problems
 from server.http.remembered import RememberedSignIns
+from server.http.request_cost import RequestCost
 from server.http.request_ids import RequestIds
+from server.http.request_shares import RequestShares
 from server.http.security_headers import SecurityHeaders
 from server.http.security_txt import PATH as SECURITY_TXT
 from server.http.security_txt import security_txt
@@ -134,6 +136,7 @@ def create_app(settings: Settings, *, clock: Clock = utc_now) -> TowerApp:
     app.add_middleware(SecurityHeaders, api_prefix="/api/", over_tls=over_tls)
     app.add_middleware(RequestGate, budget=tower.anonymous, is_vouched=partial(is_agent, tower.hub))
     app.add_middleware(RequestIds)
+    app.add_middleware(RequestCost, shares=tower.authenticator.requests)
     return app
 
 
@@ -196,7 +199,8 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
     alert_writer = AlertWriter(database, clock, hub.state.shares)
     hub.alerts.listeners.append(alert_writer.changed)
     announcer, alert_deliverer = new_alert_deliverer(settings, hub, database, vault, clock)
-    side_thread = SideThread("side", hub.state.shares)
+    requests = RequestShares(hub.state.shares)
+    side_thread = SideThread("side", hub.state.shares, on_spent=requests.spent)
     common = Common(settings=settings, clock=clock, database=database, hub=hub, vault=vault, side_thread=side_thread)
     return Tower(
         settings=settings,
@@ -215,7 +219,7 @@ def _compose(settings: Settings, clock: Clock) -> Tower:
             database=database,
             remembered=RememberedSignIns(hub.fleet.is_current),
             revision=lambda: hub.fleet.revision,
-            shares=hub.state.shares,
+            requests=requests,
         ),
         sign_in=SignInService(database, passwords, sessions, throttle, vault),
         passkey_sign_in=PasskeySignInService(database, sessions, Challenges()),

@@ -18,12 +18,12 @@ from server.accounts.store.tokens import ApiTokens
 from server.anonymous.api.anonymous_scope import admitted
 from server.http.peer_address import address_of
 from server.http.remembered import RememberedSignIns
+from server.http.request_cost import pays
 from server.http.request_shares import RequestShares
 from server.kernel.access import AccessRequest, Action, BadToken, NotSignedIn, SessionExpired, judge
 from server.kernel.clock import Clock
 from server.kernel.people import Principal
 from server.kernel.refusal import Refusal
-from server.kernel.shares import ShareName, Shares
 from server.storage.database import Database, DatabaseUnavailable
 from server.storage.writer_turns import write_as
 
@@ -50,10 +50,9 @@ class Authenticator:
         database: Database,
         remembered: RememberedSignIns,
         revision: Callable[[], int],
-        shares: Shares,
+        requests: RequestShares,
     ) -> None:
-        self._shares = shares
-        self._requests = RequestShares(shares)
+        self.requests = requests
         self._sessions = sessions
         self._api_tokens = api_tokens
         self._clock = clock
@@ -80,7 +79,6 @@ class Authenticator:
             return SessionExpired() if token_in(connection.headers) is None else BadToken()
         admitted(connection)
         write_as(found.user_id)
-        self._shares.note(ShareName.REQUESTS, found.user_id)
         return found
 
     def remembered(self, connection: HTTPConnection) -> Principal | None:
@@ -112,7 +110,8 @@ class Authenticator:
         verdict = judge(AccessRequest(found, action, now=self._clock()))
         if verdict.refusal is not None:
             raise verdict.refusal
-        self._requests.admit(found.user_id, action, connection.scope.get("method", "GET"))
+        if self.requests.admit(found.user_id, action, connection.scope.get("method", "GET")):
+            pays(connection, found.user_id)
         return found
 
 

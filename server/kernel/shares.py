@@ -27,7 +27,7 @@ class Whose(StrEnum):
 
 
 class ShareName(StrEnum):
-    REQUESTS = "requests"
+    REQUEST_TIME = "request-time"
     WRITES = "writes"
     WORK = "long-work"
     OPERATIONS = "operations"
@@ -63,12 +63,12 @@ SHARES: Final[Mapping[ShareName, Share]] = {
     one.name: one
     for one in (
         Share(
-            name=ShareName.REQUESTS,
-            what="requests except flying; a tenth a second",
+            name=ShareName.REQUEST_TIME,
+            what="processor time, ms; 1/30 a second",
             whose=_PERSON,
             beyond="429 `too-many-requests`",
             default=3_000,
-            least=300,
+            least=500,
             most=100_000,
             over_time=True,
         ),
@@ -240,12 +240,12 @@ class Shares:
         self._changed = dict(limits)
         return True
 
-    def note(self, name: ShareName, whose: int) -> None:
-        """This person, team or drone has used one."""
+    def note(self, name: ShareName, whose: int, count: int = 1) -> None:
+        """This person, team or drone has used so much."""
         used = self._now.get(name)
         if used is None:
             used = self._now[name] = Counter()
-        used[whose if whose in used or len(used) < MAX_NAMED else NOBODY] += 1
+        used[whose if whose in used or len(used) < MAX_NAMED else NOBODY] += count
 
     def tick(self, now: float) -> None:
         """Once a second."""

@@ -6,8 +6,10 @@ The event loop passes sticks on meanwhile: the interpreter changes between the t
 from __future__ import annotations
 
 import asyncio
+import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from typing import Any, Final, TypeVar
 
 from server.kernel.fair_queue import FairQueue
@@ -20,6 +22,8 @@ TOWERS_OWN: Final = 0
 """Instead of a person: work that nobody asked for, and that is never refused."""
 
 _Answer = TypeVar("_Answer")
+_Done = tuple[Any, Exception | None, float]
+"""The answer or the error, and the processor time in seconds."""
 
 
 class TooMuchWork(RetryLater):
@@ -31,10 +35,14 @@ class TooMuchWork(RetryLater):
 
 
 class SideThread:
-    """`name`: of the thread, for whoever looks at the process."""
+    """`name`: of the thread, for whoever looks at the process. `on_spent` is told who used how much processor time,
+    seconds, when a piece of work is done."""
 
-    def __init__(self, name: str, shares: Shares | None = None) -> None:
+    def __init__(
+        self, name: str, shares: Shares | None = None, *, on_spent: Callable[[int, float], None] | None = None
+    ) -> None:
         self._shares = shares or Shares()
+        self._on_spent = on_spent
         self._thread = ThreadPoolExecutor(1, thread_name_prefix=name)
         self._waiting: FairQueue[int, tuple[Callable[[], Any], asyncio.Future[Any]]] = FairQueue(share=MAX_WAITING)
         """By person."""
@@ -59,22 +67,35 @@ class SideThread:
 
     def _next(self) -> None:
         while not self._is_working and self._waiting:
-            _, (work, answer) = self._waiting.pop()
+            user_id, (work, answer) = self._waiting.pop()
             if answer.cancelled():
                 continue
             self._is_working = True
-            done = asyncio.get_running_loop().run_in_executor(self._thread, work)
-            done.add_done_callback(lambda done, answer=answer: self._worked(done, answer))  # type: ignore[misc]
+            done = asyncio.get_running_loop().run_in_executor(self._thread, _clocked, work)
+            done.add_done_callback(partial(self._worked, user_id, answer))
 
-    def _worked(self, done: asyncio.Future[Any], answer: asyncio.Future[Any]) -> None:
+    def _worked(self, user_id: int, answer: asyncio.Future[Any], done: asyncio.Future[_Done]) -> None:
         self._is_working = False
-        error = done.exception()
+        if done.cancelled():  # closed
+            answer.cancel()
+            return
+        result, error, seconds = done.result()
+        if self._on_spent is not None and user_id != TOWERS_OWN:
+            self._on_spent(user_id, seconds)
         if not answer.done():
             if error is None:
-                answer.set_result(done.result())
+                answer.set_result(result)
             else:
                 answer.set_exception(error)
         self._next()
 
     def close(self) -> None:
         self._thread.shutdown(wait=False, cancel_futures=True)
+
+
+def _clocked(work: Callable[[], Any]) -> _Done:
+    began = time.thread_time()
+    try:
+        return work(), None, time.thread_time() - began
+    except Exception as error:
+        return None, error, time.thread_time() - began

@@ -127,12 +127,9 @@ _MEANING: dict[str, Callable[[Parameters], float]] = {
 class Px4Parameters(Parameters):
     table = TABLE
 
-    def __getitem__(self, name: str) -> float:
-        meaning = _MEANING.get(name)
-        return meaning(self) if meaning is not None else super().__getitem__(name)
-
-    def whole(self, name: str) -> int:
-        return int(self[name])
+    def _follow(self) -> None:
+        for name, meaning in _MEANING.items():
+            self._values[name] = meaning(self)
 
     def on_the_wire(self, parameter: Parameter) -> float:
         """Returns the four bytes of an integer, reinterpreted as a float: PX4 copies bits, it does not cast."""

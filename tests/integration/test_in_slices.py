@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import AsyncIterator
 from pathlib import Path
 
 from pydantic import BaseModel
@@ -56,3 +57,15 @@ async def test_a_long_list_is_made_in_slices() -> None:
     assert answer.body == b"[" + b",".join(b'{"number":%d}' % number for number in range(100)) + b"]"
     assert turns.stop() >= 19
     assert (await long_list([])).body == b"[]"
+
+
+async def test_views_of_rows_that_are_still_being_read_become_one_list() -> None:
+    turns = Turns()
+
+    async def read() -> AsyncIterator[Entry]:
+        for number in range(20):
+            yield Entry(number=number)
+
+    answer = await long_list(read(), at_once=5)
+    assert answer.body == b"[" + b",".join(b'{"number":%d}' % number for number in range(20)) + b"]"
+    assert turns.stop() >= 3

@@ -41,7 +41,7 @@ async def test_who_uses_what_is_named(world: TowerWorld, root: httpx.AsyncClient
         await operator.put(f"/api/v1/me/preferences/{name}", json={"a": 1})
     for _ in range(2):
         assert (await operator.post("/api/v1/zones", json=ZONE | {"team_id": team["id"]})).status_code == 201
-    requests = {one["name"]: one["used"] for one in (await share(root, ShareName.REQUESTS))["used"]}
+    requests = {one["name"]: one["used"] for one in (await share(root, ShareName.REQUEST_TIME))["used"]}
     assert requests["Anna"] >= 5
     writes = {one["name"]: one["used"] for one in (await share(root, ShareName.WRITES))["used"]}
     assert writes["Anna"] >= 3
@@ -90,7 +90,7 @@ async def test_a_person_who_asks_too_much_is_told_to_wait_and_still_flies(tmp_pa
         operator = await world.signed_in(anna)
         other = await world.signed_in(await world.add_user("Ben"))
         drone = await world.add_drone("Kestrel", anna)
-        world.tower.authenticator._requests._monotonic = lambda: 0.0
+        world.tower.authenticator.requests._monotonic = lambda: 0.0
         path = "/api/v1/me/preferences/x"
         answers = [await operator.put(path, json={"n": number}) for number in range(51)]
         assert_problem(answers[-1], 429, "too-many-requests")

@@ -12,11 +12,14 @@ def marked() -> set[tuple[str, str]]:
     found = set()
     for module in TESTS.rglob("test_*.py"):
         text = module.read_text()
-        if "pytest.mark.long" not in text:
+        if "pytest.mark.long" not in text and "thinned(" not in text:
             continue
         for call in ast.walk(ast.parse(text)):
             if isinstance(call, ast.Call) and ast.unparse(call.func) == "pytest.mark.long":
                 (reason,) = call.args
+                found.add((str(module.relative_to(TESTS)), str(ast.literal_eval(reason))))
+            elif isinstance(call, ast.Call) and ast.unparse(call.func) == "thinned":
+                (reason,) = (one.value for one in call.keywords if one.arg == "why")
                 found.add((str(module.relative_to(TESTS)), str(ast.literal_eval(reason))))
     return found
 

@@ -201,7 +201,7 @@ async def change_own_password(
     async with database.writing() as session:
         if (await get_user(session, user.id)).password_hash != user.password_hash:
             raise WrongPassword  # changed during the check
-        ended = [one.id for one, _ in await list_sessions(session, user_id=user.id)]
+        ended = [one.id async for one, _ in list_sessions(session, user_id=user.id)]
         row = await change_user(session, user_id=user.id, change=change, action=action)
         agent = request.headers.get("user-agent", "")
         begun = await sessions.begin(session, user_id=row.id, now=now, address=address, user_agent=agent)
@@ -241,24 +241,23 @@ async def get_sessions(
     verdict = judge(AccessRequest(principal, Action.SEE_CREDENTIALS, everybody=everybody))
     if verdict.refusal is not None:
         raise verdict.refusal
-    async with database.reading() as session:
-        found = await list_sessions(session, user_id=None if everybody else principal.user_id)
     now = clock()
-    return await long_list(
-        SessionView(
-            id=row.id,
-            user=SessionOwner(id=owner.id, name=owner.name),
-            created_at=row.created_at,
-            last_seen_at=row.last_seen_at,
-            expires_at=ends_at,
-            address=row.address,
-            user_agent=row.user_agent,
-            current=row.id == principal.session_id,
-            live=hub.sockets_of(row.id),
+    async with database.reading() as session:
+        return await long_list(
+            SessionView(
+                id=row.id,
+                user=SessionOwner(id=owner.id, name=owner.name),
+                created_at=row.created_at,
+                last_seen_at=row.last_seen_at,
+                expires_at=ends_at,
+                address=row.address,
+                user_agent=row.user_agent,
+                current=row.id == principal.session_id,
+                live=hub.sockets_of(row.id),
+            )
+            async for row, owner in list_sessions(session, user_id=None if everybody else principal.user_id)
+            if (ends_at := sessions.ends_at(created_at=row.created_at, last_seen_at=row.last_seen_at)) > now
         )
-        for row, owner in found
-        if (ends_at := sessions.ends_at(created_at=row.created_at, last_seen_at=row.last_seen_at)) > now
-    )
 
 
 @router.delete(

@@ -105,8 +105,8 @@ async def list_tokens(
         raise verdict.refusal
     await api_tokens.write_uses()
     async with database.reading() as session:
-        found = await tokens.list_tokens(session, user_id=None if everybody else principal.user_id)
-    return await long_list(TokenView.of(row, owner) for row, owner in found)
+        listed = tokens.list_tokens(session, user_id=None if everybody else principal.user_id)
+        return await long_list(TokenView.of(row, owner) async for row, owner in listed)
 
 
 @router.post("", status_code=201, responses=answers(TooManyTokens))

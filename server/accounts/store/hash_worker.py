@@ -38,7 +38,8 @@ def answer(question: dict[str, Any]) -> str | bool:
 
 
 def main(words: list[str]) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the tower, which then closes our input
+    for number in (signal.SIGINT, signal.SIGTERM):  # for the tower, which then closes our input: systemd signals all
+        signal.signal(number, signal.SIG_IGN)
     with contextlib.suppress(OSError, AttributeError):
         os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))  # regardless of the tower's own priority
         os.nice(NICE)

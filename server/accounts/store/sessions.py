@@ -9,6 +9,7 @@ from __future__ import annotations
 import asyncio
 import hashlib
 import secrets
+from collections.abc import AsyncIterator
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime, timedelta
@@ -22,7 +23,7 @@ from server.kernel.access import is_demanded_a_factor
 from server.kernel.people import Principal, Role, SignInId
 from server.kernel.refusal import Refusal
 from server.storage.database import Database, DatabaseUnavailable
-from server.storage.in_slices import in_slices
+from server.storage.in_slices import slices
 from wire.ids import UserId
 
 SEEN_EVERY: Final = timedelta(minutes=1)
@@ -195,9 +196,13 @@ async def void_proofs(session: AsyncSession, user_id: int, *, but: SignInId) -> 
     await session.execute(others.values(proved_at=None))
 
 
-async def list_sessions(session: AsyncSession, *, user_id: int | None = None) -> list[tuple[SessionRow, UserRow]]:
-    """Lists sessions with their users, newest first; of all users if `user_id` is None. Some may have expired."""
+async def list_sessions(
+    session: AsyncSession, *, user_id: int | None = None
+) -> AsyncIterator[tuple[SessionRow, UserRow]]:
+    """Yields sessions with their users, newest first; of all users if `user_id` is None. Some may have expired."""
     query = select(SessionRow, UserRow).join(UserRow, UserRow.id == SessionRow.user_id).order_by(SessionRow.id.desc())
     if user_id is not None:
         query = query.where(SessionRow.user_id == user_id)
-    return [(row, owner) for row, owner in await in_slices(session, query)]
+    async for some in slices(session, query):
+        for row, owner in some:
+            yield row, owner

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import asyncio
 import secrets
-from collections.abc import Collection
+from collections.abc import AsyncIterator, Collection
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from typing import Any, Final
@@ -31,7 +31,7 @@ from server.kernel.people import Principal, Role, TokenId
 from server.kernel.refusal import Refusal
 from server.kernel.scopes import Scope, scopes_in
 from server.storage.database import Database
-from server.storage.in_slices import in_slices
+from server.storage.in_slices import slices
 from wire.ids import UserId
 
 PREFIX: Final = "twt_"
@@ -111,12 +111,16 @@ async def create_token(
     return row, secret
 
 
-async def list_tokens(session: AsyncSession, *, user_id: int | None = None) -> list[tuple[ApiTokenRow, UserRow]]:
-    """With their owners, sorted by id; of all users if `user_id` is None."""
+async def list_tokens(
+    session: AsyncSession, *, user_id: int | None = None
+) -> AsyncIterator[tuple[ApiTokenRow, UserRow]]:
+    """Yields tokens with their owners, sorted by id; of all users if `user_id` is None."""
     query = select(ApiTokenRow, UserRow).join(UserRow, UserRow.id == ApiTokenRow.user_id).order_by(ApiTokenRow.id)
     if user_id is not None:
         query = query.where(ApiTokenRow.user_id == user_id)
-    return [(row, owner) for row, owner in await in_slices(session, query)]
+    async for some in slices(session, query):
+        for row, owner in some:
+            yield row, owner
 
 
 async def revoke_token(session: AsyncSession, *, token_id: int, of_user: int | None, action: AuditAction) -> None:

@@ -68,7 +68,7 @@ def list_tokens() -> None:
 
     async def work(database: Database, _settings: Settings) -> list[tuple[ApiTokenRow, UserRow]]:
         async with database.reading() as session:
-            return await tokens.list_tokens(session)
+            return [one async for one in tokens.list_tokens(session)]
 
     rows = [
         (

@@ -24,6 +24,11 @@ class TokenBucket:
         self._level = level - count
         return True
 
+    def owe(self, count: float, now: float) -> None:
+        """Takes what is known only after it was used. The debt is one burst at most."""
+        self._level = max(self.level(now) - count, -self._burst)
+        self._at = now
+
     def give_back(self, count: float) -> None:
         """What was taken and not used."""
         self._level = min(self._level + count, self._burst)

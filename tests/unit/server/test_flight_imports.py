@@ -24,7 +24,7 @@ from worlds.foreign_logs import (
     place,
     ulog_log,
 )
-from worlds.tiers import examples
+from worlds.tiers import examples, thinned
 
 from server.flights.core.imports.conversion import convert
 from server.flights.core.imports.converted import Converted
@@ -241,8 +241,14 @@ def set_in_flight(log: bytes, at_s: float, by_s: float) -> bytes:
 YEARS_S = 94_608_000.0
 
 
-@pytest.mark.parametrize("by_s", [YEARS_S, 3600.0, 20.0, -20.0, -3600.0, -YEARS_S / 10])
-@pytest.mark.parametrize("at_s", [0.4, 37.03, 118.0])
+@pytest.mark.parametrize(
+    ("by_s", "at_s"),
+    thinned(
+        itertools.product([YEARS_S, 3600.0, 20.0, -20.0, -3600.0, -YEARS_S / 10], [0.4, 37.03, 118.0]),
+        every=5,
+        why="another time and another jump",
+    ),
+)
 def test_a_clock_that_is_set_in_flight_makes_no_flight_longer(by_s: float, at_s: float) -> None:
     log = telemetry_log(BEGAN_S, 120.0, 10)
     plain, messages = made(log)

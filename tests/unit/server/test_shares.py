@@ -78,22 +78,22 @@ def test_use_is_counted_for_a_minute_and_forgotten() -> None:
     shares = Shares()
     shares.tick(0.0)
     for _ in range(3):
-        shares.note(ShareName.REQUESTS, 1)
-    assert shares.used(ShareName.REQUESTS) == {1: 3}
+        shares.note(ShareName.REQUEST_TIME, 1)
+    assert shares.used(ShareName.REQUEST_TIME) == {1: 3}
     shares.tick(WINDOW_S)
-    shares.note(ShareName.REQUESTS, 1)
-    assert shares.used(ShareName.REQUESTS) == {1: 4}
+    shares.note(ShareName.REQUEST_TIME, 1)
+    assert shares.used(ShareName.REQUEST_TIME) == {1: 4}
     shares.tick(WINDOW_S * 2)
-    assert shares.used(ShareName.REQUESTS) == {1: 1}
+    assert shares.used(ShareName.REQUEST_TIME) == {1: 1}
     shares.tick(WINDOW_S * 3)
-    assert shares.used(ShareName.REQUESTS) == {}
+    assert shares.used(ShareName.REQUEST_TIME) == {}
 
 
 def test_made_up_names_take_no_memory_without_end() -> None:
     shares = Shares()
     for number in range(1, MAX_NAMED + 500):
-        shares.note(ShareName.REQUESTS, number)
-    used = shares.used(ShareName.REQUESTS)
+        shares.note(ShareName.REQUEST_TIME, number)
+    used = shares.used(ShareName.REQUEST_TIME)
     assert len(used) == MAX_NAMED + 1
     assert used[NOBODY] == 499
 
@@ -125,7 +125,7 @@ def test_a_queue_whose_share_shrinks_drops_the_oldest_of_the_same_one(puts: list
 
 def test_requests_of_one_person_have_a_limit_and_those_that_fly_have_none() -> None:
     now = [0.0]
-    shares = Shares({ShareName.REQUESTS: 20, ShareName.WRITES: 5})
+    shares = Shares({ShareName.REQUEST_TIME: 20, ShareName.WRITES: 5})
     requests = RequestShares(shares, lambda: now[0])
     alice, bob = UserId(1), UserId(2)
     for _ in range(5):
@@ -133,7 +133,7 @@ def test_requests_of_one_person_have_a_limit_and_those_that_fly_have_none() -> N
     with pytest.raises(TooManyRequests) as refused:
         requests.admit(alice, Action.CHANGE_PREFERENCES, "PUT")
     assert refused.value.retry_after_s == pytest.approx(2.0)
-    for _ in range(14):
+    for _ in range(14):  # the refused one had its place, and not its change
         requests.admit(alice, Action.SEE_DRONE, "GET")
     with pytest.raises(TooManyRequests):
         requests.admit(alice, Action.SEE_DRONE, "GET")
@@ -146,10 +146,30 @@ def test_requests_of_one_person_have_a_limit_and_those_that_fly_have_none() -> N
 
 
 def test_a_limit_of_requests_that_an_admin_changes_counts_at_once() -> None:
-    shares = Shares({ShareName.REQUESTS: 1})
+    shares = Shares({ShareName.REQUEST_TIME: 1})
     requests = RequestShares(shares, lambda: 0.0)
     requests.admit(UserId(1), Action.SEE_DRONE, "GET")
     with pytest.raises(TooManyRequests):
         requests.admit(UserId(1), Action.SEE_DRONE, "GET")
-    shares.apply({"requests": 300})
+    shares.apply({"request-time": 500})
     requests.admit(UserId(1), Action.SEE_DRONE, "GET")
+
+
+def test_what_a_request_took_is_owed_and_no_more_than_one_burst() -> None:
+    now = [0.0]
+    shares = Shares({ShareName.REQUEST_TIME: 3_000})
+    requests = RequestShares(shares, lambda: now[0])
+    alice = UserId(1)
+    assert requests.admit(alice, Action.SEE_DRONE, "GET")
+    requests.spent(alice, 5.0)
+    assert shares.used(ShareName.REQUEST_TIME) == {1: 5_001}
+    with pytest.raises(TooManyRequests) as refused:
+        requests.admit(alice, Action.SEE_DRONE, "GET")
+    assert refused.value.retry_after_s == pytest.approx(20.0, abs=0.1), "2 s too much, and a tenth of a processor"
+    assert not requests.admit(alice, Action.FLY, "POST"), "what flies costs nothing, and is never refused"
+    requests.admit(UserId(2), Action.SEE_DRONE, "GET")
+    now[0] = 20.1
+    requests.admit(alice, Action.SEE_DRONE, "GET")
+    requests.spent(alice, 1_000.0)
+    now[0] += 30.1
+    requests.admit(alice, Action.SEE_DRONE, "GET")

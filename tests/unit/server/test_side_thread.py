@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import threading
+import time
 from collections.abc import AsyncIterator, Callable
 
 import pytest
@@ -84,3 +85,22 @@ async def test_who_has_left_loses_the_turn(side: SideThread) -> None:
     gate.opened.set()
     await asyncio.gather(first, stays)
     assert gate.ran == ["stays"]
+
+
+async def test_what_work_took_is_charged_to_its_person_also_where_it_fails() -> None:
+    spent: list[tuple[int, float]] = []
+    side = SideThread("side", on_spent=lambda user_id, seconds: spent.append((user_id, seconds)))
+
+    def fails() -> None:
+        until = time.thread_time() + 0.02
+        while time.thread_time() < until:
+            pass
+        raise ValueError("not a file")
+
+    with pytest.raises(ValueError, match="not a file"):
+        await side.in_turn(3, fails)
+    assert await side.in_turn(TOWERS_OWN, lambda: 5) == 5
+    ((user_id, seconds),) = spent
+    assert user_id == 3
+    assert seconds >= 0.02
+    side.close()

@@ -4743,7 +4743,7 @@ export interface components {
             readonly whose: components["schemas"]["Whose"];
         };
         /** @enum {string} */
-        readonly ShareName: "requests" | "writes" | "long-work" | "operations" | "recordings" | "imports" | "zones" | "zones-of-teams" | "announcements" | "deliveries" | "alerts" | "audit-rows" | "aircraft";
+        readonly ShareName: "request-time" | "writes" | "long-work" | "operations" | "recordings" | "imports" | "zones" | "zones-of-teams" | "announcements" | "deliveries" | "alerts" | "audit-rows" | "aircraft";
         /** @description One person's part in a flight. */
         readonly ShareView: {
             /** @description Of it in the air */
