@@ -195,7 +195,7 @@ def test_the_audit_trail_tells_who_did_it(somebody_early: Somebody, quiet_world:
     admin.part("drone-save").click()
     expect(admin.part("drone-row").filter(has_text="Osprey")).to_have_count(1)
     admin.open("/#/admin/audit")
-    row = admin.part("audit-row").filter(has_text="drone.renamed")
+    row = admin.part("audit-row").filter(has_text="renamed the drone Kestrel to Osprey")
     expect(row).to_contain_text("Osprey")
     expect(row).to_contain_text("admin")
     assert quiet_world.visitor("admin").ask("PATCH", "/drones/1", {"name": "Kestrel"}).status == 200
