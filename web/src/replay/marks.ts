@@ -5,6 +5,7 @@ import { causeWords, controlWords, stepWords } from '../link/event_words';
 import { severityOf, type Severity } from '../link/journal';
 import { modeName } from '../link/modes';
 import type { ControlEvent } from '../link/wire_types';
+import { detailWords, workName } from '../words/audit_words';
 import type { FlightOverview } from './overview';
 
 export const MARK_KINDS = ['controls', 'hold', 'command', 'alert', 'sticks', 'link', 'mode', 'text', 'flight'] as const;
@@ -60,6 +61,13 @@ export function marksOf(index: readonly IndexEntry[], overview: FlightOverview |
   return marks.sort((one, other) => one.atMs - other.atMs);
 }
 
+/** Which command, with its figures; or what else was begun. */
+function commandWords(entry: IndexEntry): string {
+  const { command = entry['command'], ...figures } = (entry['about'] ?? {}) as Record<string, unknown>;
+  const name = textOf(command) || workName(textOf(entry['work'])) || t('a command');
+  return [name, detailWords(figures)].filter((words) => words !== '').join(', ');
+}
+
 function markOf(entry: IndexEntry, drone: string): Mark | null {
   const atMs = atMsOf(entry);
   const mark = (kind: MarkKind, severity: Severity, text: string): Mark => ({ atMs, kind, severity, text });
@@ -97,7 +105,7 @@ function markOf(entry: IndexEntry, drone: string): Mark | null {
     }
     case 'command': {
       const who = nameOf(entry['by']) || t('The tower');
-      const what = textOf(entry['about']) || textOf(entry['work']) || String(entry['command'] ?? t('a command'));
+      const what = commandWords(entry);
       const answer = textOf(entry['answer']) || textOf(entry['state']);
       return mark('command', 'info', `${who}: ${what}${answer ? ` (${answer})` : ''}`);
     }

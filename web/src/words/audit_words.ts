@@ -102,7 +102,8 @@ const CONTROL: Readonly<Record<string, Sentence>> = {
 };
 
 const SENTENCES: Readonly<Record<string, Sentence>> = {
-  'control.holder_gone': (told) => t('held: the holder has been gone for {seconds} s', { seconds: told.text('gone_s') }),
+  'control.holder_gone': (told) =>
+    t('held: the holder has been gone for {seconds} s', { seconds: told.text('gone_s') }),
   'control.round_trip_too_long': (told) => t('held: the round trip takes {ms} ms', { ms: told.text('rtt_ms') }),
   'control.loan_limit': (told) => t('held at the limit of a loan: {why}', { why: told.text('why') }),
   'control.zone': (told) => t('held at the zone {zone}: {why}', { zone: told.text('zone'), why: told.text('why') }),
@@ -265,10 +266,10 @@ const WORKS: Readonly<Record<string, string>> = {
   log_download: t('download of a log'),
 };
 
-function workWords(told: Told): string {
-  const work = told.text('work');
-  return WORKS[work] ?? work.replaceAll('_', ' ');
-}
+/** An operation that is no command, in words. */
+export const workName = (work: string): string => WORKS[work] ?? work.replaceAll('_', ' ');
+
+const workWords = (told: Told): string => workName(told.text('work'));
 
 function sentenceOf(action: string): Sentence | undefined {
   const [kind, what] = action.split('.') as [string, string];

@@ -14,10 +14,13 @@ const at = (seconds: number, kind: string, about: Record<string, unknown> = {}):
 });
 const alice = { id: 1, name: 'alice' };
 const admin = { id: 2, name: 'admin' };
+const TAKE_OFF = { work: 'command', about: { command: 'takeoff', height_m: 15 }, by: alice, way: 'operation' };
 const INDEX = [
   at(10, 'armed', { holder: alice }),
-  at(11, 'command', { operation: 'a', about: 'take-off', by: alice, state: 'running', answer: '' }),
-  at(12, 'command', { operation: 'a', about: 'take-off', by: alice, state: 'done', answer: 'accepted' }),
+  at(11, 'command', { operation: 'a', ...TAKE_OFF, state: 'running', answer: '' }),
+  at(12, 'command', { operation: 'a', ...TAKE_OFF, state: 'done', answer: 'accepted' }),
+  at(13, 'command', { command: 'rtl', about: {}, by: alice, way: 'frames', count: 1, answer: 'accepted' }),
+  at(14, 'command', { operation: 'b', work: 'plan_upload', about: {}, by: alice, state: 'failed', answer: 'no room' }),
   at(15, 'sticks', { by: alice }),
   at(20, 'control', { event: 'taken', holder: admin, by: admin, reason: 'airspace' }),
   at(20.1, 'hold', { step: 'ordered', cause: 'order', detail: 'taken' }),
@@ -36,7 +39,9 @@ describe('the index of a flight', () => {
   it('is told in order, each command once with its answer', () => {
     expect(marks.map(({ atMs, text }) => `${atMs / 1000} ${text}`)).toEqual([
       '10 Heron armed; alice has the controls',
-      '11 alice: take-off (accepted)',
+      '11 alice: takeoff, height m: 15 (accepted)',
+      '13 alice: rtl (accepted)',
+      '14 alice: plan to the drone (no room)',
       '15 alice moves the sticks',
       '20 admin TOOK the controls of Heron: airspace',
       '20.1 Hold ordered (ordered by the tower: taken)',
