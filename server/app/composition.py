@@ -77,6 +77,7 @@ from server.http.security_txt import security_txt
 from server.kernel.clock import Clock, utc_now
 from server.kernel.shares import ShareName
 from server.link.api.agent_sign_in import SignInRules, is_agent
+from server.link.api.fault_log import FaultLog
 from server.link.api.running import running_relay
 from server.link.api.tls_binding import TlsBinding
 from server.logs.store.quota import new_flight_log_quota
@@ -336,7 +337,9 @@ async def _lifespan(app: TowerApp) -> AsyncIterator[None]:
         await stack.enter_async_context(in_background("token uses", tower.api_tokens.keep_writing_uses))
         await stack.enter_async_context(in_background("retention", tower.retention.work))
         await stack.enter_async_context(in_background("loop watch", tower.loop_watch.watch))
-        tower_watch = TowerWatch(settings, tower.hub.alerts, tower.loop_watch)
+        faults = FaultLog(tower.hub.state.traffic)
+        tower.hub.state.on_fault = faults.note
+        tower_watch = TowerWatch(settings, tower.hub.alerts, tower.loop_watch, faults)
         await stack.enter_async_context(in_background("tower watch", tower_watch.work))
         if several is not None:
             takeover = AlertTakeover(tower.hub, tower.database, tower.clock, tower.alert_writer, tower.announcer)

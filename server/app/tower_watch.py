@@ -12,8 +12,9 @@ from urllib.parse import urlsplit
 import structlog
 
 from server.alerts.core.service import AlertService
-from server.alerts.core.tower_facts import Certificate, Disk, StoodStill, StoredThere, TowerFacts
+from server.alerts.core.tower_facts import Certificate, Disk, PartFails, StoodStill, StoredThere, TowerFacts
 from server.alerts.io.sending_threads import SendingThreads
+from server.link.api.fault_log import FaultLog
 from server.runtime.loop_watch import LoopWatch
 from server.runtime.settings import Settings
 from server.runtime.tower_condition import disk_space, shown_certificate_ends_at, stored_certificate_ends_at
@@ -30,10 +31,11 @@ _log = structlog.get_logger(__name__)
 class TowerWatch:
     """One instance per tower."""
 
-    def __init__(self, settings: Settings, alerts: AlertService, loop_watch: LoopWatch) -> None:
+    def __init__(self, settings: Settings, alerts: AlertService, loop_watch: LoopWatch, faults: FaultLog) -> None:
         self._settings = settings
         self._alerts = alerts
         self._loop_watch = loop_watch
+        self._faults = faults
         self._threads = SendingThreads()
         """A disk that does not answer, or a slow proxy, must not keep the tower from stopping."""
         self._problem = ""
@@ -64,6 +66,7 @@ class TowerWatch:
         """Without the certificate, the end of the one that was read last counts."""
         certificate = self._alerts.tower_facts.certificate
         found: list[TowerFacts] = []
+        worst = self._faults.worst()
 
         def look() -> None:
             ends = self._certificate() if with_certificate else certificate
@@ -77,6 +80,7 @@ class TowerWatch:
                     certificate=ends,
                     stood_still=still,
                     database_fault=self._database_fault,
+                    failing=None if worst is None else PartFails(*worst),
                 )
             )
 

@@ -17,6 +17,7 @@ from tower_world import assert_problem, start_tower
 
 from server.alerts.store.channels.tables import AlertDeliveryRow
 from server.app.tower_watch import TowerWatch
+from server.link.api.fault_log import FaultLog
 from server.runtime.tower_condition import disk_space, shown_certificate_ends_at, stored_certificate_ends_at
 
 
@@ -72,7 +73,8 @@ async def test_a_certificate_that_ends_reaches_admins_and_is_renewed(tmp_path: P
         assert (await root.post(path)).json()["acknowledged_by"]["name"] == "Root"
 
         write_certificate(certificate, datetime.now(UTC) + timedelta(days=80))
-        await TowerWatch(world.settings, hub.alerts, world.tower.loop_watch).measure(with_certificate=True)
+        watch = TowerWatch(world.settings, hub.alerts, world.tower.loop_watch, FaultLog(hub.state.traffic))
+        await watch.measure(with_certificate=True)
         await until("the end", lambda: hub.alerts.live() == [])
         await until("it to be stored", lambda: not world.tower.alert_writer.waiting())
         listed = (await root.get("/api/v1/alerts", params={"state": "closed"})).json()

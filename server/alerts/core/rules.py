@@ -423,6 +423,15 @@ RULES: Final[tuple[Rule, ...]] = (
         follows=True,
     ),
     Rule(
+        name="tower-part-fails",
+        severity=_WARNING,
+        badge="Tower has an error",
+        when="a part of the tower had an error in the last ten minutes, which cost one drone one look or one message",
+        advice="Look in the tower's log for part_failed: it has the stack. Tell us, with that line.",
+        tower_condition=tower.part_fails,
+        follows=True,
+    ),
+    Rule(
         name="tower-certificate",
         severity=_WARNING,
         badge="Certificate expiring",

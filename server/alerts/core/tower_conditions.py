@@ -45,6 +45,13 @@ def stands_still(facts: TowerFacts, at: datetime, is_open: bool) -> Finding:
     return f"The tower stood still for {held.for_s * 1000:.0f} ms, in {held.where}. Sticks came late."
 
 
+def part_fails(facts: TowerFacts, at: datetime, is_open: bool) -> Finding:
+    failing = facts.failing
+    if failing is None:
+        return Not.SO
+    return f"The tower's part {failing.part} had errors in the last ten minutes: {failing.errors}. All else goes on."
+
+
 def _disk_below(facts: TowerFacts, limit_bytes: int, is_open: bool) -> Finding:
     disk = facts.disk
     if disk is None:

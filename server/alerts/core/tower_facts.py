@@ -42,16 +42,26 @@ class StoodStill:
     where: str
 
 
+@dataclass(frozen=True, slots=True)
+class PartFails:
+    """A part of the tower in which errors came in the last minutes that nothing else noticed, and how many."""
+
+    part: str
+    errors: int
+
+
 @dataclass(frozen=True, kw_only=True, slots=True)
 class TowerFacts:
     """`disk`: the one with the least free space. `disk_low_bytes`: the limit of the warning; 0: there is none.
-    `stood_still` None: it did not. `database_fault`: what is wrong with its file; empty: nothing is known to be."""
+    `stood_still` None: it did not. `database_fault`: what is wrong with its file; empty: nothing is known to be.
+    `failing`: the part with the most errors."""
 
     disk: Disk | None = None
     disk_low_bytes: int = 0
     certificate: Certificate | None = None
     stood_still: StoodStill | None = None
     database_fault: str = ""
+    failing: PartFails | None = None
 
 
 TowerCondition = Callable[[TowerFacts, datetime, bool], Finding]

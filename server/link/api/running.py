@@ -8,7 +8,6 @@ from typing import Final
 
 from server.anonymous.core.budget import AnonymousBudget
 from server.link.api.data_endpoint import DataEndpoint, open_data_endpoint
-from server.link.api.fault_log import FaultLog
 from server.link.core.close_drones import close_addresses
 from server.live.hub import Hub
 from server.runtime.aligned_timers import rest
@@ -24,7 +23,6 @@ async def running_relay(
 ) -> AsyncIterator[DataEndpoint]:
     """Opens the data channel's socket and runs the hub's periodic work. `may_act`: called before anything is sent to an
     agent. Raises OSError if the port is in use."""
-    hub.state.on_fault = FaultLog(hub.state.traffic).note
     endpoint = await open_data_endpoint(hub, host, port, anonymous)
     endpoint.may_act = may_act
     hub.video.fan_out.later = _soon

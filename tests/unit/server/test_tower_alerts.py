@@ -15,7 +15,7 @@ from server.alerts.core.refusals import UnknownAlert
 from server.alerts.core.rules import BY_NAME, OF_TOWER
 from server.alerts.core.service import LOOK_S, PARTS
 from server.alerts.core.tower_conditions import DISK_FULL_BYTES
-from server.alerts.core.tower_facts import Certificate, Disk, StoodStill, StoredThere, TowerFacts
+from server.alerts.core.tower_facts import Certificate, Disk, PartFails, StoodStill, StoredThere, TowerFacts
 from server.alerts.core.views import AlertView
 from server.alerts.store.channels.deliverer import message_of
 from server.kernel.people import Principal
@@ -51,6 +51,10 @@ SCENES: Final = {
     "tower-stands-still": (
         replace(WELL, stood_still=StoodStill(0.31, "server.airspace.api.list_zones")),
         "The tower stood still for 310 ms, in server.airspace.api.list_zones. Sticks came late.",
+    ),
+    "tower-part-fails": (
+        replace(WELL, failing=PartFails("alerts", 3)),
+        "The tower's part alerts had errors in the last ten minutes: 3. All else goes on.",
     ),
     "tower-certificate-ends": (
         certificate(days=2),
