@@ -1,0 +1,42 @@
+"""The settings that controllers describe: those of the built-in ones, and a request's values checked by them. Loads no
+controller."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import msgspec
+
+from onboard_agent.autonomy.core.lines import CameraSetting, SetUp
+from wire.controller_settings import ControllerSetting, SettingKind, fault_of
+
+
+class BadSetting(ValueError):
+    """One line for people."""
+
+
+def built_in_settings() -> dict[str, tuple[ControllerSetting, ...]]:
+    """Returns those of each built-in controller."""
+    from onboard_agent.autonomy.challenge_settings import SETTINGS
+
+    return {"challenge": SETTINGS, "scripted": ()}
+
+
+def with_cameras(
+    settings: Iterable[ControllerSetting], cameras: Sequence[CameraSetting]
+) -> tuple[ControllerSetting, ...]:
+    """Returns them with the names of the cameras to choose from; empty: the first one."""
+    names = ("", *(one.name for one in cameras))
+    return tuple(
+        msgspec.structs.replace(one, choices=names) if one.kind is SettingKind.CAMERA else one for one in settings
+    )
+
+
+def with_settings(set_up: SetUp, described: Sequence[ControllerSetting] | None) -> SetUp:
+    """Returns it with a value for each described setting. Raises BadSetting."""
+    if described is None:
+        return set_up
+    fault = fault_of(with_cameras(described, set_up.cameras), set_up.settings)
+    if fault is not None:
+        raise BadSetting(": ".join(fault))
+    return msgspec.structs.replace(set_up, settings={one.name: one.default for one in described} | set_up.settings)
