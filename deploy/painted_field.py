@@ -51,5 +51,5 @@ def agent_words(number: int, name: str, camera_port: int) -> tuple[str, ...]:
         return ("--camera", ahead, "--controller-camera", f"down,{LENS} {at}?{GROUND}&rate=10")
     return (
         *("--camera", f"{at}?{GROUND}&rate=20&name={quote(name)}", "--controller-camera", f"down,{LENS} video"),
-        *("--landing-pad", PAD, "--landing-camera", f"{at}?{GROUND}&rate=5#{LENS.replace(',', '&')}"),
+        *("--landing-pad", PAD, "--landing-camera", f"{at}?{GROUND}&fov=100&rate=10#tilt=90&fov=100"),
     )

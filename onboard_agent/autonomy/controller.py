@@ -59,8 +59,8 @@ class Controller(ABC):
     one, those that nobody gave with their defaults. None: it takes what it likes, and checks that itself."""
 
     beat: Callable[[], None]
-    """Call it at least every 0.3 s in a step that takes longer: a controller without a sign of life for 0.4 s is
-    ended, and the drone holds."""
+    """Call it at least every 0.3 s in a step that takes longer: a controller without a sign of life for 0.4 s of
+    its own time is ended, and the drone holds."""
 
     cameras: "ControllerCameras"
     """The cameras of the agent's setting `controller_cameras`. They open at the first use."""

@@ -11,6 +11,7 @@ from tower_world import assert_problem, start_tower
 from server.link.core.agent_link import AgentLink
 from wire.controller_settings import ControllerDescribed, ControllerSetting, SettingKind
 from wire.controllers import CONTROLLERS, ControllerWork, offers
+from wire.ids import DroneId
 from wire.transactions import TransactionProgress
 
 
@@ -108,7 +109,7 @@ async def test_a_described_setting_is_shown_and_checked_before_the_start(scene: 
 async def test_what_a_controller_was_is_forgotten_with_its_link(scene: Scene) -> None:
     scene.agent.announce(ControllerDescribed(controller="survey", settings=()))
     assert (await start(scene, settings={"height_m": 12})).status_code == 422
-    drone = scene.agent.drone
+    drone = scene.world.tower.hub.state.drones[DroneId(scene.drone.id)]
     drone.forget_link(scene.world.clock())
     assert drone.onboard.controllers.of("survey") is None
 
