@@ -5,7 +5,7 @@ from pathlib import Path
 from onboard_agent.autonomy.describing import descriptions
 from wire.controller_settings import ControllerDescribed
 
-DESCRIBED = '''
+DESCRIBED = """
 from onboard_agent.autonomy.controller import Controller, ControllerSetting, SettingKind
 
 print("loaded")
@@ -15,7 +15,7 @@ class Survey(Controller):
         ControllerSetting(name="side_m", kind=SettingKind.NUMBER, default=12.0, label="Side", unit="m", least=2.0)
     ]
     def step(self, seen): ...
-'''
+"""
 SILENT = "class Silent:\n    def step(self, seen): ...\n"
 WRONG = "class Wrong:\n    described_settings = [{'name': 'A b'}]\n    def step(self, seen): ...\n"
 
