@@ -1,6 +1,6 @@
 /** Controllers on board, in words: the question before the start, the time that is left, what was found. */
 
-import { t } from '../languages/text';
+import { inLanguage, t } from '../languages/text';
 import { towerText } from '../languages/tower_text';
 import type { ControllerSetting } from '../link/controller_settings';
 import type { ControllerStart } from '../link/controllers';
@@ -8,7 +8,7 @@ import type { Finding } from '../link/findings';
 import type { Operation } from '../link/operation_types';
 import type { Sighting } from '../link/sightings';
 import { duration, fixed } from './format';
-import { measured, type Quantity, type UnitSystem } from './units';
+import { measured, unitOf, type Quantity, type UnitSystem } from './units';
 
 /** What `name` will do, what bounds it, and what ends it. */
 export function startWords(name: string, start: ControllerStart, system: UnitSystem): string {
@@ -49,9 +49,9 @@ export const settingQuantity = ({ unit }: ControllerSetting): Quantity | undefin
 
 function settingNumber(setting: ControllerSetting, system: UnitSystem, value: number): string {
   const quantity = settingQuantity(setting);
-  // Two decimals, as the field shows them: a tenth of a metre is no word for 0.35 m.
-  if (quantity === undefined) return `${fixed(value, value % 1 === 0 ? 0 : 2)} ${setting.unit}`.trim();
-  return measured(system, quantity, value, system === 'metric' && value % 1 === 0 ? 0 : 2);
+  const { symbol, inMetric } = quantity ? unitOf(system, quantity) : { symbol: setting.unit, inMetric: 1 };
+  // At most two decimals, as the field shows them.
+  return `${inLanguage(String(Number((value / inMetric).toFixed(2))))} ${symbol}`.trim();
 }
 
 /** The range of a setting's number; empty without bounds. */
