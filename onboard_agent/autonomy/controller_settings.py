@@ -1,5 +1,4 @@
-"""The settings that controllers describe: those of the built-in ones, and a request's values checked by them. Loads no
-controller."""
+"""A request's values for the settings that a controller describes, checked by them. Pure."""
 
 from __future__ import annotations
 
@@ -13,13 +12,6 @@ from wire.controller_settings import ControllerSetting, SettingKind, fault_of
 
 class BadSetting(ValueError):
     """One line for people."""
-
-
-def built_in_settings() -> dict[str, tuple[ControllerSetting, ...]]:
-    """Returns those of each built-in controller."""
-    from onboard_agent.autonomy.challenge_settings import SETTINGS
-
-    return {"challenge": SETTINGS, "scripted": ()}
 
 
 def with_cameras(

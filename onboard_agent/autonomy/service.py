@@ -215,9 +215,9 @@ class ControllerHandler:
     def resend(self) -> None:
         """Reports the settings of the controllers again."""
         if not self._described:
-            from onboard_agent.autonomy.controller_settings import built_in_settings
+            from onboard_agent.autonomy.built_in_settings import BUILT_IN_SETTINGS
 
-            for name, settings in built_in_settings().items():
+            for name, settings in BUILT_IN_SETTINGS.items():
                 if name not in self._sources:
                     self.described(ControllerDescribed(controller=name, settings=settings))
         self._reports = [one for one in self._reports if not isinstance(one, ControllerDescribed)]

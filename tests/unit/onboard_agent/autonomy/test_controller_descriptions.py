@@ -9,9 +9,10 @@ from math import dist
 import pytest
 from controller_world import ControllerWorld
 
+from onboard_agent.autonomy.built_in_settings import BUILT_IN_SETTINGS
 from onboard_agent.autonomy.challenge import Challenge
 from onboard_agent.autonomy.challenge_settings import SETTINGS, ChallengeSettings
-from onboard_agent.autonomy.controller_settings import BadSetting, built_in_settings, with_settings
+from onboard_agent.autonomy.controller_settings import BadSetting, with_settings
 from onboard_agent.autonomy.core.lines import CameraSetting, SetUp
 from onboard_agent.autonomy.loading import load
 from onboard_agent.autonomy.search_pattern import square_spiral
@@ -39,7 +40,7 @@ def test_every_setting_of_the_challenge_is_described_once_with_its_own_default()
 
 
 def test_every_built_in_controller_says_what_its_class_says() -> None:
-    assert built_in_settings() == {name: load(name, "").described_settings for name in BUILT_IN}
+    assert {name: load(name, "").described_settings for name in BUILT_IN} == BUILT_IN_SETTINGS
 
 
 def told(world: ControllerWorld) -> list[ControllerDescribed]:
