@@ -154,6 +154,10 @@ class StepPort:
         reports, self._reports = self._reports, []
         return reports
 
+    def waited_s(self) -> float:
+        """Never: it runs on the world's clock."""
+        return 0.0
+
     def stop(self) -> None:
         """Forgets the controller."""
         self._controller, self._reports = None, []

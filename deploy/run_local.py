@@ -15,10 +15,10 @@ import urllib.error
 import urllib.request
 from pathlib import Path
 from typing import Final, NoReturn
-from urllib.parse import quote
 
 sys.path.insert(0, str(Path(__file__).parent))
 
+from painted_field import HOME, agent_words, simulator_words
 from squad import BIN, Squad, accounts_now
 from supervised import Program, ProgramFailed, StepFailed, end_all, run_once
 
@@ -26,7 +26,6 @@ OPERATORS: Final = ("alice", "bob")
 DRONE_NAMES: Final = ("Kestrel", "Merlin", "Osprey", "Harrier", "Goshawk", "Hobby", "Buzzard", "Falcon")
 SET_UP: Final = ("--param", "FS_GCS_ENABLE=1", "--param", "FS_OPTIONS=2")
 """As the console sets a drone up: if its agent fails, it returns."""
-HOME: Final = "47.3977,8.5456,488,0"
 SHELL: Final = "simulator.sock"
 """Of `tower-sim shell --attach`, in the folder of the tower."""
 MAX_SOCKET_PATH: Final = 100
@@ -151,13 +150,13 @@ def start_squad(address: str, squad: Squad, names: list[str], model: str, log: P
     ports = free_ports(socket.SOCK_DGRAM, len(names))
     camera_ports = free_ports(socket.SOCK_STREAM, len(names))
     started: list[Program] = []
-    for name, port, camera_port in zip(names, ports, camera_ports, strict=True):
-        camera = f"http://127.0.0.1:{camera_port}/camera?width=640&height=480&rate=30&name={quote(name)}"
+    for number, (name, port, camera_port) in enumerate(zip(names, ports, camera_ports, strict=True)):
         agent = Program(
             f"agent of {name}",
             [
                 *(BIN / "tower-agent", "run", "--tower", address, "--token", squad.token_file(name)),
-                *("--autopilot", f"udpin:127.0.0.1:{port}", "--camera", camera, "--state", log.parent / "agents"),
+                *("--autopilot", f"udpin:127.0.0.1:{port}", "--state", log.parent / "agents"),
+                *agent_words(number, name, camera_port),
             ],
             log / f"agent-{squad.token_file(name).stem}.log",
         )
@@ -169,7 +168,7 @@ def start_squad(address: str, squad: Squad, names: list[str], model: str, log: P
         "simulator",
         [
             *(BIN / "tower-sim", "--count", str(len(names)), "--home", HOME, "--hills", "--model", model),
-            *(*SET_UP, *shell_words(log.parent / SHELL), *outs, *cameras),
+            *(*SET_UP, *simulator_words(), *shell_words(log.parent / SHELL), *outs, *cameras),
         ],
         log / "simulator.log",
     )

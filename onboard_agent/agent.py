@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 from onboard_agent import VERSION
 from onboard_agent.autonomy.service import ControllerHandler
-from onboard_agent.autonomy.setting import names_on_board
+from onboard_agent.autonomy.setting import BUILT_IN, names_on_board, sources_on_board
 from onboard_agent.autopilot.own_frames import FrameMaker
 from onboard_agent.autopilot_port.port import AutopilotPort
 from onboard_agent.black_box.service import BlackBox
@@ -206,6 +206,14 @@ class Agent:
     def _make_handlers(self, maker: FrameMaker) -> list[TransactionHandler]:
         """Returns the handlers for work at the drone that needs a disk or a network."""
         state = self._state
+        self._controller_handler = ControllerHandler(
+            maker,
+            self._controllers,
+            self._make_controller,
+            cameras=self._controller_cameras,
+            release=self._payload_release,
+            share=self._share_frames,
+        )
         parameters = ParameterHandler(maker, ParameterFiles(None if state is None else state / "parameters"))
         return [
             # First, so that it closes its file before the parameter handler opens its own.
@@ -213,14 +221,7 @@ class Agent:
             parameters,
             UpdateHandler(self._installer, running=VERSION, installed=installed_version()),
             LogHandler(maker, LogFiles(None if state is None else state / "logs"), self._files),
-            ControllerHandler(
-                maker,
-                self._controllers,
-                self._make_controller,
-                cameras=self._controller_cameras,
-                release=self._payload_release,
-                share=self._share_frames,
-            ),
+            self._controller_handler,
             *self._landing_handlers(maker),
             *self._signing_handlers(maker),
         ]
@@ -268,6 +269,7 @@ class Agent:
         ]
         self._black_box.start()
         self._systemd.ready()
+        describing = asyncio.create_task(self._describe_controllers(), name="describing")
         try:
             done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
             for task in done:
@@ -286,9 +288,23 @@ class Agent:
             if self._signing is not None:
                 self._signing[1].close()
             self._black_box.stop(self._loop.time())
-            for task in tasks:
+            for task in (*tasks, describing):
                 task.cancel()
-            await asyncio.gather(*tasks, return_exceptions=True)
+            await asyncio.gather(*tasks, describing, return_exceptions=True)
+
+    async def _describe_controllers(self) -> None:
+        """Asks the controllers that are not built in for their settings, once."""
+        sources = {
+            name: source
+            for name, source in sources_on_board(self._controllers).items()
+            if source or name not in BUILT_IN
+        }
+        if not sources:
+            return
+        from onboard_agent.autonomy.describing import descriptions  # not in the memory of every other agent
+
+        async for described in descriptions(sources):
+            self._controller_handler.described(described)
 
     async def _until_switched(self) -> None:
         await self._switched.wait()

@@ -14,6 +14,7 @@ from typing import Final
 from wire.agent_update import AGENT_UPDATE, AgentUpdateWork
 from wire.black_box import BLACK_BOX, BlackBoxWanted
 from wire.control_messages import ToAgent
+from wire.controller_settings import CONTROLLER_SETTINGS
 from wire.controllers import CONTROLLERS, ControllerWork
 from wire.findings import FINDINGS, SIGHTINGS
 from wire.following import FOLLOW, FollowWork, LeaderPosition
@@ -25,7 +26,10 @@ from wire.transactions import TRANSACTIONS, CancelTransaction, Transaction
 from wire.video import VIDEO, ClockProbe, VideoWanted
 from wire.zones.nearby import ZONES, NearbyZones
 
-TOWER_TAKES: Final = (TRANSACTIONS, VIDEO, OPEN_HOLDS, PARAMETER_METADATA, BLACK_BOX, FINDINGS, SIGHTINGS)
+TOWER_TAKES: Final = (
+    *(TRANSACTIONS, VIDEO, OPEN_HOLDS, PARAMETER_METADATA, BLACK_BOX),
+    *(FINDINGS, SIGHTINGS, CONTROLLER_SETTINGS),
+)
 """The groups that the tower understands."""
 
 GROUPS: Final[Mapping[type, str]] = {

@@ -12,6 +12,7 @@ from typing import Annotated, Final
 import msgspec
 
 from wire.agent_update import AgentUpdateWork
+from wire.controller_settings import ControllerDescribed
 from wire.controllers import ControllerWork
 from wire.findings import TargetFound
 from wire.following import FollowWork, LeaderPosition
@@ -273,4 +274,5 @@ TransactionToTower = (
     | ParameterChanged
     | MetadataToTower
     | TargetFound
+    | ControllerDescribed
 )

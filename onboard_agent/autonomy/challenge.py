@@ -13,7 +13,7 @@ from enum import StrEnum
 from math import cos, hypot, radians, sin
 from typing import Final
 
-from onboard_agent.autonomy.challenge_settings import ChallengeSettings
+from onboard_agent.autonomy.challenge_settings import SETTINGS, ChallengeSettings
 from onboard_agent.autonomy.controller import (
     Controller,
     Direction,
@@ -27,8 +27,10 @@ from onboard_agent.autonomy.controller import (
     Seen,
     SetUp,
     TakeOff,
+    Waypoint,
 )
 from onboard_agent.autonomy.core.local_plane import LocalPlane
+from onboard_agent.autonomy.search_pattern import square_spiral
 from onboard_agent.autonomy.target_estimate import TargetEstimate
 from onboard_agent.autonomy.target_watch import TargetSeen, TargetWatch
 from onboard_agent.vision.letter_reading import may_be
@@ -40,6 +42,10 @@ REJECTED_WITHIN_M: Final = 4.0
 READ_WITHIN_S: Final = 12.0
 """Above a target. A letter that is not read by then does not count."""
 CENTRED_TIMES: Final = 3
+LANES: Final = 0.8
+"""Between two lanes of a search, as a share of its height: a lens of 60 degrees sees 1.15 of it across."""
+CORNER: Final = 0.7
+"""How far the side of a square is, as a share of its corner's distance."""
 STILL_M_S: Final = 0.25
 
 
@@ -63,14 +69,15 @@ class Challenge(Controller):
     """One direction at a time; each step looks at what the watch has seen since the last one."""
 
     make_watch = TargetWatch
+    described_settings = SETTINGS
 
     def begin(self, limits: SetUp) -> None:
         """Raises BadSetting, and ChallengeFailed without a camera or anywhere to search."""
         self.settings = ChallengeSettings.of(limits.settings)
         self.limits = limits
         self.ways = list(self.settings.waypoints(limits.mission))
-        if not self.ways:
-            raise ChallengeFailed("there is no mission on board, and no points are set")
+        if not self.ways and not self.settings.around_m:
+            raise ChallengeFailed("there is no mission on board, and neither points nor around_m is set")
         name = self.settings.camera or next(iter(self.cameras.settings), "")
         if name not in self.cameras.settings:
             raise ChallengeFailed("it needs a camera: set controller_cameras in agent.toml")
@@ -95,6 +102,7 @@ class Challenge(Controller):
         if self.home is None:
             self.home = (seen.lat_deg, seen.lon_deg)
             self.plane = LocalPlane(*self.home)
+            self.ways = self.ways or self._spiral()
             self._enter(Stage.SEARCH if seen.airborne else Stage.TAKE_OFF, seen)
         for one in self.watch.pop():
             self.estimate.add(one, self.plane)
@@ -106,6 +114,12 @@ class Challenge(Controller):
         direction = self._next(seen)
         self.given += direction is not None
         return direction
+
+    def _spiral(self) -> list[Waypoint]:
+        """Around home, within the limits also at its corners."""
+        around_m = min(self.settings.around_m, CORNER * self.limits.max_distance_m)
+        corners = square_spiral(around_m, LANES * self.settings.search_height_m)
+        return [Waypoint(*self.plane.on_map(*corner)) for corner in corners]
 
     def _next(self, seen: Seen) -> Direction | None:
         match self.stage:

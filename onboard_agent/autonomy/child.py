@@ -8,6 +8,7 @@ import contextlib
 import logging
 import os
 import sys
+from pathlib import Path
 from typing import Final
 
 import msgspec
@@ -65,6 +66,13 @@ class ControllerChild:
         """Returns what the process has said since the last call."""
         reports, self._reports = self._reports, []
         return reports
+
+    def waited_s(self) -> float:
+        """Returns how long it was ready to run and had no processor; 0 where the kernel does not count that."""
+        try:
+            return int(Path(f"/proc/{self.pid}/schedstat").read_text().split()[1]) / 1e9
+        except (OSError, ValueError, IndexError):
+            return 0.0
 
     def stop(self) -> None:
         """Kills the process."""

@@ -1,8 +1,8 @@
 """What the author of a controller needs: the base class, the directions, and what a controller sees."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, ClassVar
 
 from onboard_agent.autonomy.core.directions import (
     Direction,
@@ -20,12 +20,14 @@ from onboard_agent.autonomy.core.directions import (
     up,
 )
 from onboard_agent.autonomy.core.lines import DirectionState, Found, Seen, SetUp, VideoBox, Waypoint
+from wire.controller_settings import ControllerSetting, SettingKind
 
 if TYPE_CHECKING:
     from onboard_agent.autonomy.cameras import ControllerCameras
 
 __all__ = [
     "Controller",
+    "ControllerSetting",
     "Direction",
     "DirectionState",
     "Drop",
@@ -38,6 +40,7 @@ __all__ = [
     "Move",
     "Seen",
     "SetUp",
+    "SettingKind",
     "TakeOff",
     "Turn",
     "VideoBox",
@@ -51,9 +54,13 @@ __all__ = [
 class Controller(ABC):
     """Flies the drone by the directions that `step` returns. It is made without arguments."""
 
+    described_settings: ClassVar[Sequence[ControllerSetting] | None] = None
+    """The settings of a request that it takes, for the console's form. They are checked before `begin`, which gets each
+    one, those that nobody gave with their defaults. None: it takes what it likes, and checks that itself."""
+
     beat: Callable[[], None]
-    """Call it at least every 0.3 s in a step that takes longer: a controller without a sign of life for 0.4 s is
-    ended, and the drone holds."""
+    """Call it at least every 0.3 s in a step that takes longer: a controller without a sign of life for 0.4 s of
+    its own time is ended, and the drone holds."""
 
     cameras: "ControllerCameras"
     """The cameras of the agent's setting `controller_cameras`. They open at the first use."""

@@ -16,14 +16,15 @@ class NoController(Exception):
 
 def load(name: str, source: str) -> Controller:
     """Returns a new controller. `source`: FILE:CLASS, or empty. Raises NoController, and whatever its code raises."""
-    made = _made_by(name, source)()
+    made = loaded_class(name, source)()
     if not callable(getattr(made, "step", None)):
         raise NoController(f"{name} has no method step")
     controller: Controller = made
     return controller
 
 
-def _made_by(name: str, source: str) -> Any:
+def loaded_class(name: str, source: str) -> Any:
+    """Returns what makes the controller. Raises as `load`."""
     if source:
         path, _, class_name = source.rpartition(":")
         return getattr(_module_of(Path(path)), class_name)

@@ -12,6 +12,7 @@ from typing import Final
 
 from onboard_agent.autonomy.cameras import ControllerCameras
 from onboard_agent.autonomy.controller import Controller
+from onboard_agent.autonomy.controller_settings import with_settings
 from onboard_agent.autonomy.core.lines import (
     MAX_LINE_BYTES,
     Beat,
@@ -84,7 +85,7 @@ class Runner:
         controller.beat = self._beat
         controller.report = self._say
         controller.note = lambda words, aloud: self._say(Note(words[:400], aloud))
-        controller.begin(set_up)
+        controller.begin(with_settings(set_up, controller.described_settings))
         return controller
 
     def _step(self, controller: Controller, lines: list[bytes]) -> None:

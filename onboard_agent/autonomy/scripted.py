@@ -18,6 +18,8 @@ class ScriptFailed(Exception):
 class Scripted(Controller):
     """Gives the next direction when the one before is done."""
 
+    described_settings = ()
+
     def __init__(self) -> None:
         self._script: Iterator[Direction] | None = None
         self._given = 0

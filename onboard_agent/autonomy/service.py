@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from onboard_agent.autopilot.own_frames import FrameMaker
 from onboard_agent.transactions.handler import Around
+from wire.controller_settings import ControllerDescribed
 from wire.controllers import ControllerWork
 from wire.dialect import mavlink
 from wire.frames import source
@@ -63,6 +64,7 @@ class ControllerHandler:
         self._zones: tuple[NearbyZones, float] | None = None
         """The tower's newest message, and when it came."""
         self._reports: list[TransactionToTower] = []
+        self._described: dict[str, ControllerDescribed] = {}
         self._warnings: list[str] = []
 
     def connect(
@@ -202,5 +204,21 @@ class ControllerHandler:
         reports, self._reports = self._reports, []
         return reports
 
+    def described(self, told: ControllerDescribed) -> None:
+        """A controller of a file or a package has said what its settings are."""
+        from onboard_agent.autonomy.controller_settings import with_cameras
+
+        settings = with_cameras(told.settings, self._cameras)
+        self._described[told.controller] = one = ControllerDescribed(controller=told.controller, settings=settings)
+        self._reports.append(one)
+
     def resend(self) -> None:
-        """Does nothing: a controller has no state to report."""
+        """Reports the settings of the controllers again."""
+        if not self._described:
+            from onboard_agent.autonomy.built_in_settings import BUILT_IN_SETTINGS
+
+            for name, settings in BUILT_IN_SETTINGS.items():
+                if name not in self._sources:
+                    self.described(ControllerDescribed(controller=name, settings=settings))
+        self._reports = [one for one in self._reports if not isinstance(one, ControllerDescribed)]
+        self._reports += self._described.values()

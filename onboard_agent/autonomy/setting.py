@@ -32,4 +32,9 @@ def parse_controllers(texts: Sequence[str]) -> Mapping[str, str]:
 
 def names_on_board(sources: Mapping[str, str]) -> list[str]:
     """Returns the names of all controllers that the tower may start, in order. `sources`: as `parse_controllers`."""
-    return sorted({*BUILT_IN, *sources, *(entry.name for entry in entry_points(group=GROUP))})
+    return sorted(sources_on_board(sources))
+
+
+def sources_on_board(sources: Mapping[str, str]) -> dict[str, str]:
+    """Returns FILE:CLASS by name of the same controllers; empty: built in, or of a package."""
+    return {**dict.fromkeys(BUILT_IN, ""), **{entry.name: "" for entry in entry_points(group=GROUP)}, **sources}

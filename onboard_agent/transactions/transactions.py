@@ -16,6 +16,7 @@ from collections.abc import Collection, Sequence
 from typing import Final
 
 from onboard_agent.transactions.handler import Around, TransactionHandler
+from wire.controller_settings import CONTROLLER_SETTINGS, ControllerDescribed
 from wire.controllers import ControllerWork
 from wire.findings import FINDINGS, SIGHTINGS, TargetFound
 from wire.following import FollowWork
@@ -182,6 +183,8 @@ class Transactions:
         if isinstance(reports, MetadataToTower) and PARAMETER_METADATA not in self._takes:
             return
         if isinstance(reports, TargetFound) and (SIGHTINGS if reports.sighting else FINDINGS) not in self._takes:
+            return
+        if isinstance(reports, ControllerDescribed) and CONTROLLER_SETTINGS not in self._takes:
             return
         if self._taken or isinstance(reports, TransactionResult):
             self._waiting.append(reports)

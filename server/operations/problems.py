@@ -3,6 +3,7 @@
 from typing import Final
 
 from server.http.problem_kinds import INVALID, Kind, Problems
+from server.operations.core.controller_forms import BadControllerSetting
 from server.operations.core.flying.following import CannotFollow, NoSuchLeader
 from server.operations.core.flying.on_the_ground import NoSuchMotor, NotOnTheGround, PropellersNotConfirmed
 from server.operations.core.flying.vehicle import NoSuchItem, NoSuchMode, NotKnownHow, NotKnownYet, StateNotRestored
@@ -53,5 +54,6 @@ PROBLEMS: Final[Problems] = {
     NoSuchMode: INVALID.at("mode"),
     NoSuchItem: INVALID.at("item"),
     NoSuchLeader: INVALID.at("leader"),
+    BadControllerSetting: INVALID,
     CannotFollow: Kind("cannot-follow", 409, "It cannot follow"),
 }

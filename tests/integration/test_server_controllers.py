@@ -9,7 +9,9 @@ from flying_scene import Scene
 from tower_world import assert_problem, start_tower
 
 from server.link.core.agent_link import AgentLink
+from wire.controller_settings import ControllerDescribed, ControllerSetting, SettingKind
 from wire.controllers import CONTROLLERS, ControllerWork, offers
+from wire.ids import DroneId
 from wire.transactions import TransactionProgress
 
 
@@ -67,7 +69,9 @@ async def test_whoever_watches_sees_what_the_agent_has_and_what_runs(scene: Scen
     path = f"{scene.path}/controller/choices"
     link: Any = scene.agent.link
     link.takes = frozenset({*link.takes, *offers(["survey", "scripted"])})
-    assert (await scene.watcher.get(path)).json() == {"offered": True, "names": ["scripted", "survey"], "running": None}
+    controllers = [{"name": name, "settings": None} for name in ("scripted", "survey")]
+    named = {"offered": True, "names": ["scripted", "survey"], "controllers": controllers, "running": None}
+    assert (await scene.watcher.get(path)).json() == named
     begun = (await start(scene)).json()
     assert (await scene.watcher.get(path)).json()["running"]["id"] == begun["id"]
     link.takes = frozenset()
@@ -75,6 +79,39 @@ async def test_whoever_watches_sees_what_the_agent_has_and_what_runs(scene: Scen
     assert (shown["offered"], shown["names"]) == (False, [])
     stranger = await scene.world.signed_in(await scene.world.add_user("carol"))
     assert_problem(await stranger.get(path), 404, "unknown-drone")
+
+
+HEIGHT = ControllerSetting(
+    name="height_m", kind=SettingKind.NUMBER, default=10.0, label="Height", unit="m", least=2.0, most=60.0
+)
+
+
+async def test_a_described_setting_is_shown_and_checked_before_the_start(scene: Scene) -> None:
+    link: Any = scene.agent.link
+    link.takes = frozenset({*link.takes, *offers(["survey"])})
+    scene.agent.announce(ControllerDescribed(controller="survey", settings=(HEIGHT,)))
+    choices = (await scene.watcher.get(f"{scene.path}/controller/choices")).json()
+    ((shown,),) = [one["settings"] for one in choices["controllers"]]
+    assert (shown["name"], shown["kind"], shown["unit"], shown["default"]) == ("height_m", "number", "m", 10.0)
+    assert (shown["least"], shown["most"], shown["is_rare"]) == (2.0, 60.0, False)
+    for settings, name in (
+        ({"height_m": 99}, "height_m"),
+        ({"heigth_m": 9}, "heigth_m"),
+        ({"height_m": "x"}, "height_m"),
+    ):
+        refused = await start(scene, settings=settings)
+        assert_problem(refused, 422, "invalid-request")
+        assert [one["field"] for one in refused.json()["errors"]] == [f"settings.{name}"]
+    assert scene.agent.asked == []
+    assert (await start(scene, settings={"height_m": 12})).status_code == 202
+
+
+async def test_what_a_controller_was_is_forgotten_with_its_link(scene: Scene) -> None:
+    scene.agent.announce(ControllerDescribed(controller="survey", settings=()))
+    assert (await start(scene, settings={"height_m": 12})).status_code == 422
+    drone = scene.world.tower.hub.state.drones[DroneId(scene.drone.id)]
+    drone.forget_link(scene.world.clock())
+    assert drone.onboard.controllers.of("survey") is None
 
 
 @pytest.mark.parametrize(

@@ -121,7 +121,7 @@ NOT_SHOWN: Final = re.compile(
             r"onboard_agent/(state_directory|systemd|work)\.py",
             r"onboard_agent/(autopilot|autopilot_port|landing|link|sockets|vision|black_box/flight_files)",
             r"onboard_agent/(payload/(payload_port|sensor_lines|servo\.)|telemetry/t|update/(release_keys|launch))",
-            r"onboard_agent/autonomy/(.*sett?ings?|loading|scripted|frame_sharing|target_watch|core/payload_release)",
+            r"onboard_agent/autonomy/(camera_settings|setting|describing|loading|scripted|frame_sharing|target_watch|core/payload_release)",
             r"onboard_agent/video/(channel|child|trial|entry|core/units|encoders|sources)",
             r"server/runtime/(settings|listening|vault|tower_condition)",
             r"server/alerts/io/(push_encryption|sending_threads|vapid)",
@@ -162,7 +162,7 @@ NO_TEXTS: Final = re.compile(
             r"^(sticks while disarmed.*|sticks not centred after.*|sticks too late|command too late|param[{]})$",
             r"^((session|browser) [{]}|finishing recordings|web push of the tower|enrolling agent|[{]}-.*)$",
             r"^(alert channel of user.*|(A|The|Seen|Since|Over at) ?[{]}.*UTC|changed meanwhile|removed meanwhile)$",
-            r"^(unknown name|(no|wrong) user handle|of another user)$",
+            r"^settings\.|^(unknown name|(no|wrong) user handle|of another user)$",
             # What MORE has in other words, because a rule takes their parts wrongly.
             r"^([{]} is lent to you|Nothing was sent to [{]}: its way|[{]}[{]}\. Nothing was changed\.)$",
             r"^(No p|P)osition fix[{]}\.$|^[{]} (on a loss|in the check).*|^A (mission|fence) of [{]}.*",
@@ -181,6 +181,7 @@ MACHINE_CALLS: Final = re.compile(
 MACHINE_KEYWORDS: Final = frozenset({"when", "name", "key", "summary", "description", "media_type", "headers", "slug"})
 
 MORE: Final[dict[str, tuple[str, ...]]] = {
+    "onboard_agent/autonomy/challenge_settings.py": ("Camera",),
     "onboard_agent/failsafe/lost_action_table.py": ("return", "land", "stay"),
     "onboard_agent/transactions/command_handler.py": ("armed", "disarmed", "on the ground"),
     "server/alerts/core/flight_conditions.py": (

@@ -19,5 +19,9 @@ class ControllerPort(Protocol):
         """Returns what the process has said since the last call, in order, each with its time on the clock of `now`.
         Gone is the last of a process."""
 
+    def waited_s(self) -> float:
+        """Returns how long the process has waited for a processor since its start, in seconds; 0 if that cannot be
+        told."""
+
     def stop(self) -> None:
         """Ends the process. Nothing of it is reported any more."""

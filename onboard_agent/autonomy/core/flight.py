@@ -4,7 +4,8 @@ Rules, each tested:
 - Set-points go out every 50 ms, whatever the controller does; only what they say depends on its directions.
 - Every direction passes `safe_commands`, and is acknowledged with the next telemetry.
 - A controller that raises, ends, or gives no sign of life for HANGS_S ends the flight with a hold, said in a
-  STATUSTEXT. So do moved sticks, a cancel, the end of its time, a lost position, and a hand-over of the controls.
+  STATUSTEXT. Time in which it waited for a processor does not count, up to SILENT_S. So do moved sticks, a cancel,
+  the end of its time, a lost position, and a hand-over of the controls.
 - Once the hold began no set-point is sent. A hold or command of somebody else, or another mode, wins: then nothing at
   all is sent any more.
 - Set-points are nobody's presence: they do not count as a person at the controls.
@@ -52,6 +53,11 @@ from wire.frames import message_id
 from wire.transactions import CommandWork, Outcome, Transaction
 
 HANGS_S: Final = 0.4
+HOLDS_HANGS_S: Final = 2.0
+"""The same where the drone holds, or is on the ground: nothing gets worse meanwhile."""
+SILENT_S: Final = 2.0
+HOLDS_SILENT_S: Final = 5.0
+"""The time by the clock, however busy the computer is."""
 STARTS_WITHIN_S: Final = 15.0
 """For a small computer that loads a controller's libraries from a memory card."""
 POSITION_WITHIN_S: Final = 2.0
@@ -95,6 +101,8 @@ class ControllerFlight:
         self._commanded_now, self._moved_now = commanded, moved
         self._commanded, self._moved = commanded(), moved()
         self._began_at = self._due_at = self._heard_at = self._phase_at = now
+        self._waited_s = 0.0
+        """Of the controller for a processor, at its last sign of life."""
         self._profile = profile_of(around)
         self._phase = Phase.STARTING
         self._position = PositionTrack()
@@ -148,6 +156,7 @@ class ControllerFlight:
         """Frames to send to the autopilot now."""
         if now - self._due_at > PAUSED_S:
             self._heard_at += now - self._due_at
+            self._waited_s = self._port.waited_s()
         self._due_at = now
         if self._end is None:
             is_overruled = self._commanded != self._commanded_now()
@@ -157,7 +166,10 @@ class ControllerFlight:
                 self.told.warnings.append(words)
                 self._over(Outcome.FAILED, words)
                 return []
-            for at, report in self._port.reports():
+            reports = self._port.reports()
+            if reports:
+                self._waited_s = self._port.waited_s()
+            for at, report in reports:
                 self._reported(report, at, around, now)
             if self.result is None and self._end is None:
                 self._check(around, now)
@@ -259,7 +271,7 @@ class ControllerFlight:
         elif self._phase is Phase.STARTING:
             if now - self._began_at > STARTS_WITHIN_S:
                 self._fault(f"The controller {name} did not start in time")
-        elif silent_s >= HANGS_S:
+        elif self._hangs(silent_s):
             self._fault(f"The controller {name} hangs: no sign of life for {silent_s:.1f} s")
         elif now - max(self._position.at, self._phase_at) > POSITION_WITHIN_S:
             self._fault("The position of the drone is not known any more")
@@ -267,6 +279,15 @@ class ControllerFlight:
             self._fault("The sticks were moved")
         elif now >= self._deadline:
             self._stop(Outcome.TIMED_OUT, f"The time of the controller {name} is over")
+
+    def _hangs(self, silent_s: float) -> bool:
+        """Whether a controller that was silent so long does nothing any more."""
+        if silent_s < HANGS_S:
+            return False
+        holds = self._phase not in STREAMS or self._course is None or isinstance(self._course.goal, HoldGoal)
+        longest_s, hangs_s = (HOLDS_SILENT_S, HOLDS_HANGS_S) if holds else (SILENT_S, HANGS_S)
+        waited_s = max(0.0, self._port.waited_s() - self._waited_s)
+        return silent_s >= longest_s or silent_s - waited_s >= hangs_s
 
     # While it flies.
 

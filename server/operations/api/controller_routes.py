@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from typing import Annotated, Final
 
+import msgspec
 from fastapi import APIRouter, Path, Response
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -23,6 +25,7 @@ from server.operations.api.operation_requests import (
     flown_drone,
     watched_drone,
 )
+from server.operations.core.controller_forms import BadControllerSetting
 from server.operations.core.findings import FindingView
 from server.operations.core.flying.vehicle import NotKnownHow, NotKnownYet, Vehicle
 from server.operations.core.operation import Lane, Operation, Order, Step
@@ -42,6 +45,7 @@ from server.operations.core.refusals import (
 from server.operations.core.views import OperationView
 from wire import controllers as wire
 from wire.autopilots.common import arming
+from wire.controller_settings import ControllerSetting, SettingKind
 
 router = APIRouter(
     prefix="/api/v1/drones/{drone_id}/controller", tags=["commands"], responses=answers(UnknownDrone, ViewTaken)
@@ -69,8 +73,47 @@ class ControllerStart(BaseModel):
     for_s: Annotated[float, Field(ge=wire.MIN_FOR_S, le=wire.MAX_FOR_S, description="Then the drone holds")] = 300.0
     settings: Annotated[
         dict[Annotated[str, Field(pattern=wire.SETTING_PATTERN)], Annotated[str, Field(max_length=400)] | float],
-        Field(max_length=wire.MAX_SETTINGS, description="The controller's own; it refuses those that it does not know"),
+        Field(max_length=wire.MAX_SETTINGS, description="The controller's own, as `GET .../choices` describes them"),
     ] = {}
+
+
+class ControllerSettingView(BaseModel):
+    """One setting of a controller, as a form shows it."""
+
+    model_config = ConfigDict(frozen=True)
+
+    name: Annotated[str, Field(description="In `settings` of the request that starts it")]
+    kind: Annotated[
+        SettingKind,
+        Field(description="`choice` and `camera`: one of `choices`; `text`: any text, and `choices` are examples"),
+    ]
+    label: Annotated[str, Field(description="Its name for people")]
+    about: Annotated[str, Field(description="What it means, or empty")]
+    default: str | float
+    unit: Annotated[str, Field(description="Of a number; empty: it has none")]
+    least: float | None
+    most: float | None
+    choices: list[str]
+    characters: Annotated[str, Field(description="Those that a text may have; empty: any")]
+    most_characters: int
+    is_rare: Annotated[bool, Field(description="Most people leave it as it is")]
+
+
+class ControllerView(BaseModel):
+    """One controller on board."""
+
+    model_config = ConfigDict(frozen=True)
+
+    name: str
+    settings: Annotated[
+        list[ControllerSettingView] | None, Field(description="In the order of a form; null: it did not describe them")
+    ]
+
+    @classmethod
+    def of(cls, name: str, settings: Sequence[ControllerSetting] | None) -> ControllerView:
+        """The view of what its agent told."""
+        views = None if settings is None else [ControllerSettingView(**msgspec.to_builtins(one)) for one in settings]
+        return cls(name=name, settings=views)
 
 
 class ControllerChoices(BaseModel):
@@ -80,6 +123,7 @@ class ControllerChoices(BaseModel):
 
     offered: Annotated[bool, Field(description="Whether the agent, as it is connected now, runs controllers")]
     names: Annotated[list[str], Field(description="Those that it told of; an older agent tells none")]
+    controllers: Annotated[list[ControllerView], Field(description="The same, with the settings of each")]
     running: OperationView | None
 
 
@@ -89,7 +133,7 @@ class ControllerChoices(BaseModel):
     responses=ACCEPTED
     | answers(
         *(DroneOffline, AgentTooOld, DroneBusy, NotInControl, Assisted, LoanForbids, LossCheckOpen),
-        *(TooManyOperations, NotKnownHow, NotKnownYet),
+        *(TooManyOperations, NotKnownHow, NotKnownYet, BadControllerSetting),
     ),
 )
 async def start_controller(
@@ -107,6 +151,7 @@ async def start_controller(
     vehicle = Vehicle.of(drone, time.monotonic())
     if vehicle.profile.roles.setpoints is None:
         raise NotKnownHow(f"{vehicle.name} flies {vehicle.profile.label}, which no controller on board can fly")
+    drone.onboard.controllers.check(body.controller, body.settings)
     if body.may_take_off:
         refuse_commands(drone, principal, [arming().work])
     limits = body.model_dump(exclude={"controller", "for_s"})
@@ -134,10 +179,12 @@ async def get_choices(principal: Viewer, hub: HubDep, drone_id: DronePath) -> Co
     """Returns which controllers the drone's agent has, and the one that runs."""
     drone = watched_drone(hub, principal, drone_id)
     takes = drone.link.takes if drone.link is not None else frozenset[str]()
+    names = wire.offered(takes)
     running = hub.operations.running_at(drone.drone_id, Lane.CONTROLLER)
     return ControllerChoices(
         offered=wire.CONTROLLERS in takes,
-        names=wire.offered(takes),
+        names=names,
+        controllers=[ControllerView.of(name, drone.onboard.controllers.of(name)) for name in names],
         running=OperationView.of(running[0]) if running else None,
     )
 

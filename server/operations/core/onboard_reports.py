@@ -7,10 +7,11 @@ from server.live import live_messages as live
 from server.live.live_drone import LiveDrone
 from server.operations.core.findings import FindingReported
 from server.operations.core.table_fetching import TableFetching
+from wire.controller_settings import ControllerDescribed
 from wire.findings import TargetFound
 from wire.transactions import ParameterCache, ParameterChanged, ParameterTable, PlanOnBoard
 
-OnboardReport = TargetFound | PlanOnBoard | ParameterCache | ParameterChanged | ParameterTable
+OnboardReport = TargetFound | ControllerDescribed | PlanOnBoard | ParameterCache | ParameterChanged | ParameterTable
 
 
 class OnboardReports:
@@ -39,6 +40,8 @@ class OnboardReports:
                 added = drone.onboard.findings.add(message, self._clock(), now)
                 if added is not None:
                     drone.notify_frame_watchers(FindingReported(drone.drone_id, added))
+            case ControllerDescribed():
+                drone.onboard.controllers.described(message)
             case ParameterCache():
                 self._parameters(drone, drone.onboard.parameters.update_cache(message), now)
             case ParameterChanged():

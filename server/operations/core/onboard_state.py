@@ -10,6 +10,7 @@ from hashlib import sha256
 
 import msgspec
 
+from server.operations.core.controller_forms import ControllerForms
 from server.operations.core.findings import Findings
 from server.operations.core.metadata_store import MetadataStore
 from server.operations.core.onboard_views import (
@@ -56,6 +57,7 @@ class OnboardState:
         self.parameters = ReportedParameters()
         self.metadata = MetadataStore()
         self.findings = Findings()
+        self.controllers = ControllerForms()
         self.logs: tuple[LogEntry, ...] | None = None
         """On board, when the list was read last."""
         self.logs_read_at: datetime | None = None
@@ -93,6 +95,7 @@ class OnboardState:
         self._known.clear()
         self.parameters.forget()
         self.metadata.forget()
+        self.controllers.forget()
 
 
 class ReportedParameters:

@@ -1,12 +1,14 @@
 /** Controllers on board, in words: the question before the start, the time that is left, what was found. */
 
-import { t } from '../languages/text';
+import { inLanguage, t } from '../languages/text';
+import { towerText } from '../languages/tower_text';
+import type { ControllerSetting } from '../link/controller_settings';
 import type { ControllerStart } from '../link/controllers';
 import type { Finding } from '../link/findings';
 import type { Operation } from '../link/operation_types';
 import type { Sighting } from '../link/sightings';
 import { duration, fixed } from './format';
-import { measured, type Quantity, type UnitSystem } from './units';
+import { measured, unitOf, type Quantity, type UnitSystem } from './units';
 
 /** What `name` will do, what bounds it, and what ends it. */
 export function startWords(name: string, start: ControllerStart, system: UnitSystem): string {
@@ -40,6 +42,38 @@ export function rangeWords(
   const words = (value: number): string => (quantity ? measured(system, quantity, value) : duration(value * 60_000));
   return t('From {least} to {most}.', { least: words(least), most: words(most) });
 }
+
+/** What a setting's number is in the user's units; undefined: it stays as the controller counts. */
+export const settingQuantity = ({ unit }: ControllerSetting): Quantity | undefined =>
+  unit === 'm' ? 'height' : unit === 'm/s' ? 'speed' : undefined;
+
+function settingNumber(setting: ControllerSetting, system: UnitSystem, value: number): string {
+  const quantity = settingQuantity(setting);
+  const { symbol, inMetric } = quantity ? unitOf(system, quantity) : { symbol: setting.unit, inMetric: 1 };
+  // At most two decimals, as the field shows them.
+  return `${inLanguage(String(Number((value / inMetric).toFixed(2))))} ${symbol}`.trim();
+}
+
+/** The range of a setting's number; empty without bounds. */
+export function settingRange(setting: ControllerSetting, system: UnitSystem): string {
+  const [least, most] = [setting.least, setting.most].map((one) =>
+    one === null ? '' : settingNumber(setting, system, one),
+  ) as [string, string];
+  if (least && most) return t('From {least} to {most}.', { least, most });
+  if (least) return t('At least {least}.', { least });
+  return most ? t('At most {most}.', { most }) : '';
+}
+
+/** Range and default of a setting. */
+export function settingHint(setting: ControllerSetting, system: UnitSystem): string {
+  const { default: usual } = setting;
+  const words = typeof usual === 'number' ? settingNumber(setting, system, usual) : usual;
+  return [settingRange(setting, system), words ? t('Default: {words}.', { words }) : ''].filter(Boolean).join(' ');
+}
+
+/** What the tower refused of a setting: its label, and why. */
+export const refusedWords = ({ label }: ControllerSetting, message: string): string =>
+  t('{label}: {message}', { label: towerText(label), message });
 
 /** How long it still may fly; empty before its first report. */
 export function timeLeft({ done, total }: Operation): string {

@@ -41,6 +41,7 @@ class FakePort:
         self.controller = controller
         self.silent = False
         self.running = False
+        self._waits, self._waits_since, self._waited = 0.0, 0.0, 0.0
         self.loads = True
         self.set_up: SetUp | None = None
         self._now = now
@@ -87,6 +88,13 @@ class FakePort:
             self.report(Beat())
         reports, self._reports = self._reports, []
         return reports
+
+    def waits(self, share: float) -> None:
+        """From now on it waits for a processor for this share of the time."""
+        self._waited, self._waits_since, self._waits = self.waited_s(), self._now(), share
+
+    def waited_s(self) -> float:
+        return self._waited + self._waits * (self._now() - self._waits_since)
 
     def stop(self) -> None:
         self.running, self._reports = False, []

@@ -189,16 +189,24 @@ def test_points_replace_the_mission() -> None:
     assert releases(world) == 1
 
 
+def test_without_a_mission_it_searches_around_its_start() -> None:
+    world, number = flown(Eyes([("B", 9.0, 9.0), ("K", -13.0, -14.0)]), mission=False, letter="K")
+    assert ended(world, number).outcome is Outcome.DONE
+    assert [one.letter for one in found(world)] == ["K", "K"]
+    assert releases(world) == 1
+
+
 @pytest.mark.parametrize(
     ("settings", "why"),
     [
-        ({}, "no mission on board"),
+        ({"around_m": 0.0}, "no mission on board"),
         ({"points": "somewhere"}, "is not LAT,LON"),
-        ({"colour": "red"}, "there is no setting colour"),
-        ({"letter": "Z"}, "is not 1 to 3 characters of ABK"),
+        ({"colour": "red"}, "colour: is no setting"),
+        ({"letter": "Z"}, "letter: 'Z' is not made of characters of ABK"),
+        ({"letter": "ABKA"}, "letter: must have at most 3 characters"),
         ({"target": "white 2"}, "has not 2 to 6 squares"),
-        ({"search_height_m": "high"}, "is no number"),
-        ({"search_height_m": 2.0}, "drop_height_m is above"),
+        ({"search_height_m": "high"}, "search_height_m: must be a number"),
+        ({"search_height_m": 2.0}, "drop_height_m: must not be above"),
     ],
 )
 def test_what_it_cannot_do_it_refuses_on_the_ground(settings: dict[str, str | float], why: str) -> None:

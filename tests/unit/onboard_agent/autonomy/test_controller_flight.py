@@ -22,7 +22,7 @@ from onboard_agent.autonomy.controller import (
     TakeOff,
     forward,
 )
-from onboard_agent.autonomy.core.flight import HANGS_S
+from onboard_agent.autonomy.core.flight import HANGS_S, HOLDS_HANGS_S, HOLDS_SILENT_S, SILENT_S
 from onboard_agent.autonomy.core.lines import DirectionState, Gone, Raised
 from onboard_agent.autonomy.scripted import LEG_M, Scripted
 from simulator.px4.flavour import PX4
@@ -124,6 +124,49 @@ def test_a_controller_that_fails_leads_to_a_hold_that_is_said(failure: str) -> N
     assert not world.port.running
     texts = "".join(one.text for one in world.went_up("STATUSTEXT"))
     assert {"raises": "failed: ValueError: no", "killed": "killed by signal 9", "hangs": "hangs"}[failure] in texts
+
+
+@pytest.mark.parametrize(
+    ("moves", "share", "limit_s"),
+    [
+        (True, 0.0, HANGS_S),
+        (True, 0.5, HANGS_S / 0.5),
+        (True, 1.0, SILENT_S),
+        (False, 0.0, HOLDS_HANGS_S),
+        (False, 0.5, HOLDS_HANGS_S / 0.5),
+        (False, 1.0, HOLDS_SILENT_S),
+    ],
+)
+def test_time_for_which_it_waits_for_a_processor_counts_up_to_a_limit(
+    moves: bool, share: float, limit_s: float
+) -> None:
+    """`share`: of its silence in which it waits. Where the drone holds anyway, it may be silent for longer."""
+    world = ControllerWorld()
+    number = world.flies_by_controller()
+    if moves:
+        world.script.give.append(forward(1.0, for_s=5.0))
+    world.run(1.0)
+    silent_at = world.now
+    world.port.waits(share)
+    world.port.silent = True
+    assert "hangs: no sign of life" in world.result(number).words
+    held_at, _ = world.modes_sent(silent_at)[0]
+    assert limit_s - 0.25 <= held_at - silent_at <= limit_s + 0.1
+
+
+def test_a_controller_that_gets_a_processor_again_in_time_flies_on() -> None:
+    world = ControllerWorld()
+    number = world.flies_by_controller()
+    world.script.give.append(forward(1.0, for_s=5.0))
+    world.run(1.0)
+    for _ in range(3):
+        world.port.waits(1.0)
+        world.port.silent = True
+        world.run(SILENT_S - 0.5)
+        world.port.waits(0.0)
+        world.port.silent = False
+        world.run(0.3)
+    assert world.results(number) == []
 
 
 @pytest.mark.parametrize("how", ["order", "hand-over"])

@@ -2735,11 +2735,35 @@ export interface components {
         };
         /** @description What a person can choose from. */
         readonly ControllerChoices: {
+            /** @description The same, with the settings of each */
+            readonly controllers: readonly components["schemas"]["ControllerView"][];
             /** @description Those that it told of; an older agent tells none */
             readonly names: readonly string[];
             /** @description Whether the agent, as it is connected now, runs controllers */
             readonly offered: boolean;
             readonly running: components["schemas"]["OperationView"] | null;
+        };
+        /** @description One setting of a controller, as a form shows it. */
+        readonly ControllerSettingView: {
+            /** @description What it means, or empty */
+            readonly about: string;
+            /** @description Those that a text may have; empty: any */
+            readonly characters: string;
+            readonly choices: readonly string[];
+            readonly default: string | number;
+            /** @description Most people leave it as it is */
+            readonly is_rare: boolean;
+            /** @description `choice` and `camera`: one of `choices`; `text`: any text, and `choices` are examples */
+            readonly kind: components["schemas"]["SettingKind"];
+            /** @description Its name for people */
+            readonly label: string;
+            readonly least: number | null;
+            readonly most: number | null;
+            readonly most_characters: number;
+            /** @description In `settings` of the request that starts it */
+            readonly name: string;
+            /** @description Of a number; empty: it has none */
+            readonly unit: string;
         };
         /** @description What to start, and the limits that the agent keeps it within. */
         readonly ControllerStart: {
@@ -2773,12 +2797,18 @@ export interface components {
              */
             readonly min_height_m?: number;
             /**
-             * @description The controller's own; it refuses those that it does not know
+             * @description The controller's own, as `GET .../choices` describes them
              * @default {}
              */
             readonly settings?: {
                 readonly [key: string]: string | number;
             };
+        };
+        /** @description One controller on board. */
+        readonly ControllerView: {
+            readonly name: string;
+            /** @description In the order of a form; null: it did not describe them */
+            readonly settings: readonly components["schemas"]["ControllerSettingView"][] | null;
         };
         /** @description The reason. Everybody concerned sees it, and the audit trail stores it. */
         readonly ControlRequest: {
@@ -4694,6 +4724,12 @@ export interface components {
             readonly pulse_us: number;
             readonly servo: number;
         };
+        /**
+         * @description What its value is. CHOICE: one of `choices`. CAMERA: the same, and the agent fills in the names of its cameras.
+         *     TEXT: any text; `choices` are examples.
+         * @enum {string}
+         */
+        readonly SettingKind: "number" | "text" | "choice" | "camera";
         /** @description One parameter. */
         readonly SetupRowView: {
             readonly name: string;
