@@ -6,7 +6,7 @@ const NUMBER = String.raw`[+-]?\d{1,3}(?:\.\d+)?`;
 const PAIR = new RegExp(String.raw`^\s*(${NUMBER})\s*[,~ ]\s*(${NUMBER})(?![\d.])`);
 /** A pin is said before what the map happens to show. */
 const PIN = new RegExp(`!3d(${NUMBER})!4d(${NUMBER})`, 'g');
-const PATH = new RegExp(String.raw`/(?:@|place/|search/|dir/(?:[^/]*/)*?)(${NUMBER}),(?:\s|\+)*(${NUMBER})(?![\d.])`);
+const PATH = new RegExp(String.raw`/@?(${NUMBER}),[\s+]{0,2}(${NUMBER})(?![\d.])`);
 const OSM_VIEW = new RegExp(String.raw`map=\d+(?:\.\d+)?/(${NUMBER})/(${NUMBER})`);
 const NAMES = ['q', 'query', 'destination', 'daddr', 'll', 'coordinate', 'center', 'sll', 'cp', 'map', 'viewpoint'];
 /** Longitude first. */
@@ -22,9 +22,17 @@ export const isPlaceAddress = (text: string): boolean => isGeoUri(text) || isLin
 /** Null: it holds none. `isShort`: the place is only known to the site that the address belongs to. */
 export function readPlaceAddress(text: string): { readonly place: Place | null; readonly isShort: boolean } {
   if (isGeoUri(text)) return { place: readGeoUri(text.slice(4)), isShort: false };
-  const url = URL.parse(text);
+  const url = urlOf(text);
   const place = url && readLink(url);
   return { place, isShort: place === null && url !== null && SHORTENED.test(url.hostname) };
+}
+
+function urlOf(text: string): URL | null {
+  try {
+    return new URL(text);
+  } catch {
+    return null;
+  }
 }
 
 const pairOf = (text: string | null): [number, number] | null => {

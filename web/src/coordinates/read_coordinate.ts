@@ -13,8 +13,9 @@ import { readUtm } from './utm';
 export type PlaceRead =
   { readonly place: Place; readonly fault: '' } | { readonly place: null; readonly fault: string };
 
-/** Longer texts are no place. */
-const MAX_LENGTH = 2000;
+/** Longer texts are no place; a table of hostile ones must not take minutes. */
+const MAX_LENGTH = 100;
+const MAX_ADDRESS_LENGTH = 1000;
 const MAX_QUOTED = 60;
 
 const failed = (fault: string): PlaceRead => ({ place: null, fault });
@@ -23,8 +24,10 @@ const failed = (fault: string): PlaceRead => ({ place: null, fault });
 export function readPlace(text: string, near: Place | null = null): PlaceRead {
   const trimmed = text.trim().replace(/\s+/g, ' ');
   if (trimmed === '') return failed(t('A place is needed.'));
-  if (trimmed.length > MAX_LENGTH) return failed(t('This text is too long to be a place.'));
-  if (isPlaceAddress(trimmed)) {
+  const isAddress = isPlaceAddress(trimmed);
+  if (trimmed.length > (isAddress ? MAX_ADDRESS_LENGTH : MAX_LENGTH))
+    return failed(t('This text is too long to be a place.'));
+  if (isAddress) {
     const { place, isShort } = readPlaceAddress(trimmed);
     if (place) return onEarth(place);
     if (isShort)
@@ -46,7 +49,7 @@ export const readCoordinate = (text: string, near: Place | null = null): Place |
 
 /** Whether a text that is no place was meant as one. */
 export const isMeantAsPlace = (text: string): boolean =>
-  isPlaceAddress(text.trim()) || /\d[^a-z]*[,;°'"\s][^a-z]*\d/i.test(text);
+  isPlaceAddress(text.trim()) || /\d[^a-z]*[,;°'"\s][^a-z]*\d/i.test(text.slice(0, MAX_LENGTH));
 
 function onEarth(place: Place): PlaceRead {
   const { latDeg, lonDeg } = place;
