@@ -15,6 +15,8 @@ const BAND_DEG = 8;
 /** A square of 100 km may reach out of its band by this. */
 const BESIDE_BAND_DEG = 1;
 const MAX_DIGITS = 5;
+/** Some programs round a place just south of the equator into the square north of it. */
+const MAX_NORTH_M = 10_100_000;
 
 /** Null: it is no MGRS, or it names a square that there is not. */
 export function readMgrs(text: string): Place | null {
@@ -36,7 +38,7 @@ export function readMgrs(text: string): Place | null {
   const southDeg = bandAt * BAND_DEG - 80;
   const northDeg = band === 'X' ? 84 : southDeg + BAND_DEG;
   // The rows repeat every 2,000 km: the band says which is meant.
-  for (let northM = rowM; northM < 10_000_000; northM += ROWS_M) {
+  for (let northM = rowM; northM < MAX_NORTH_M; northM += ROWS_M) {
     const place = utmToPlace(zone, band < 'N', eastM, northM);
     if (place.latDeg > southDeg - BESIDE_BAND_DEG && place.latDeg < northDeg + BESIDE_BAND_DEG) return place;
   }

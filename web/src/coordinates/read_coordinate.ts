@@ -73,7 +73,8 @@ function faultOf(text: string, plain: string): string {
   }
   const tooMany = /\d[°d: ] ?([6-9]\d|\d{3,})(\.\d+)?['m:]|['m:] ?([6-9]\d|\d{3,})(\.\d+)?["s]/i.exec(plain);
   if (tooMany) return t('"{text}": minutes and seconds are below 60.', { text: quoted });
-  if (/^\d{1,2} ?[A-Z] ?[A-Z]{2}/i.test(plain)) return t('"{text}": MGRS has no such square.', { text: quoted });
+  if (/^\d{1,2} ?[A-Z] ?[A-Z]{2}(?![A-Z])/i.test(plain))
+    return t('"{text}": MGRS has no such square.', { text: quoted });
   if (/^[ABYZ] ?[A-Z]{2} ?\d/i.test(plain)) return t('Places in the polar grid (UPS) are not read.');
   if (/^[0-9A-Z]{2,8}\+/i.test(plain)) {
     return t('"{text}" is no whole plus code, and no place is near to complete it.', { text: quoted });
