@@ -8,9 +8,9 @@ const PAIR = new RegExp(String.raw`^\s*(${NUMBER})\s*[,~ ]\s*(${NUMBER})(?![\d.]
 const PIN = new RegExp(`!3d(${NUMBER})!4d(${NUMBER})`, 'g');
 const PATH = new RegExp(String.raw`/@?(${NUMBER}),[\s+]{0,2}(${NUMBER})(?![\d.])`);
 const OSM_VIEW = new RegExp(String.raw`map=\d+(?:\.\d+)?/(${NUMBER})/(${NUMBER})`);
-const NAMES = ['q', 'query', 'destination', 'daddr', 'll', 'coordinate', 'center', 'sll', 'cp', 'map', 'viewpoint'];
+const KEYS = ['q', 'query', 'destination', 'daddr', 'll', 'coordinate', 'center', 'sll', 'cp', 'map', 'viewpoint'];
 /** Longitude first. */
-const YANDEX_NAMES = ['pt', 'whatshere[point]', 'll'];
+const YANDEX_KEYS = ['pt', 'whatshere[point]', 'll'];
 const SHORTENED = /^(maps\.app\.goo\.gl|goo\.gl|g\.co|osm\.org|bit\.ly|w3w\.co|what3words\.com)$/;
 
 const isLink = (text: string): boolean => /^https?:\/\//i.test(text);
@@ -55,12 +55,12 @@ function readLink(url: URL): Place | null {
   if (pin) return placeOf([Number(pin[1]), Number(pin[2])]);
   const values = url.searchParams;
   if (/(^|\.)yandex\./.test(url.hostname)) {
-    const pair = YANDEX_NAMES.map((name) => pairOf(values.get(name))).find(Boolean);
+    const pair = YANDEX_KEYS.map((name) => pairOf(values.get(name))).find(Boolean);
     return pair ? placeOf([pair[1], pair[0]]) : null;
   }
   const marked = pairOf(`${values.get('mlat')},${values.get('mlon')}`);
   if (marked) return placeOf(marked);
-  const named = NAMES.map((name) => pairOf(values.get(name)?.replace(/^loc:/, '') ?? null)).find(Boolean);
+  const named = KEYS.map((name) => pairOf(values.get(name)?.replace(/^loc:/, '') ?? null)).find(Boolean);
   if (named) return placeOf(named);
   const shown = PATH.exec(all) ?? OSM_VIEW.exec(all);
   if (shown) return placeOf([Number(shown[1]), Number(shown[2])]);

@@ -17,7 +17,7 @@ export interface TableHead {
 }
 
 const DELIMITERS = [';', '\t', '|', ','] as const;
-const NAMES: readonly (readonly [Column, RegExp])[] = [
+const COLUMNS: readonly (readonly [Column, RegExp])[] = [
   ['lat', /^(lat|latitude|latitud|y)\b/],
   ['lon', /^(lon|lng|long|longitude|longitud|x)\b/],
   ['height', /^(alt|altitude|altura|height|ele|elev|elevation|z)\b/],
@@ -51,7 +51,7 @@ export function tableHead(text: string): TableHead {
   const columns = new Map<Column, number>();
   const unused: string[] = [];
   for (const [at, cell] of cells.entries()) {
-    const column = NAMES.find(([name, pattern]) => pattern.test(cell) && !columns.has(name))?.[0];
+    const column = COLUMNS.find(([name, pattern]) => pattern.test(cell) && !columns.has(name))?.[0];
     if (column) columns.set(column, at);
     else if (cell) unused.push(cell);
   }
