@@ -36,5 +36,7 @@ export function utmToPlace(zone: number, isSouth: boolean, eastM: number, northM
   const chi = Math.asin(Math.sin(xi1) / Math.cosh(eta1));
   const lat = DELTA.reduce((sum, delta, at) => sum + delta * Math.sin(2 * (at + 1) * chi), chi);
   const lon = Math.atan2(Math.sinh(eta1), Math.cos(xi1));
-  return { latDeg: (lat * 180) / Math.PI, lonDeg: (lon * 180) / Math.PI + zone * 6 - 183 };
+  const lonDeg = (lon * 180) / Math.PI + zone * 6 - 183;
+  // The first and the last zone reach over the 180th meridian.
+  return { latDeg: (lat * 180) / Math.PI, lonDeg: Math.abs(lonDeg) > 180 ? lonDeg - Math.sign(lonDeg) * 360 : lonDeg };
 }

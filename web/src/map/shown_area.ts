@@ -1,5 +1,7 @@
 /** The part of the earth that a map of this page showed last, in degrees: where an area to keep begins. */
 
+import type { Place } from '../link/messages';
+
 export interface ShownArea {
   readonly south: number;
   readonly west: number;
@@ -8,3 +10,9 @@ export interface ShownArea {
 }
 
 export const shownArea: { last: ShownArea | null } = { last: null };
+
+/** Completes short plus codes. */
+export function middleShown(): Place | null {
+  const { last } = shownArea;
+  return last && { latDeg: (last.south + last.north) / 2, lonDeg: (last.west + last.east) / 2 };
+}

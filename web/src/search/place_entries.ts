@@ -3,7 +3,7 @@
 import { readCoordinate } from '../coordinates/read_coordinate';
 import { t } from '../languages/text';
 import { mapTarget } from '../map_target.svelte';
-import { shownArea } from '../map/shown_area';
+import { middleShown } from '../map/shown_area';
 import { monitorHref, navigation } from '../route.svelte';
 import { latLon } from '../words/format';
 import type { SearchEntry } from './search_entries';
@@ -11,9 +11,7 @@ import type { SearchEntry } from './search_entries';
 const WITH_MAP: ReadonlySet<string> = new Set(['monitor', 'control', 'missions', 'squad-mission']);
 
 export function placeEntries(text: string): SearchEntry[] {
-  const { last } = shownArea;
-  const near = last && { latDeg: (last.south + last.north) / 2, lonDeg: (last.west + last.east) / 2 };
-  const place = readCoordinate(text, near);
+  const place = readCoordinate(text, middleShown());
   if (!place) return [];
   const words = latLon(place);
   const run = (): void => {

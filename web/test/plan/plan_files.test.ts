@@ -311,7 +311,6 @@ describe('a file', () => {
     ['', 'empty'],
     ['  \n', 'empty'],
     ['hello', 'no plan'],
-    ['PK\u0003\u0004', 'unpack it'],
     ['{"a": 1', 'not whole'],
     ['{"a": 1}', 'no plan'],
     ['[1]', 'no plan'],

@@ -16,7 +16,7 @@ import { looksLikeXml, rootOf, type ParseXml } from './xml';
 export const MAX_LENGTH = 8_000_000;
 
 const KINDS = t(
-  'Open a .plan or .mission of QGroundControl, a .waypoints, .fen, .ral or .poly of Mission Planner or MAVProxy, GeoJSON, KML, GPX, or a plan saved here.',
+  'Open a .plan or .mission of QGroundControl, a .waypoints, .fen, .ral or .poly of Mission Planner or MAVProxy, GeoJSON, KML, KMZ, GPX, a shapefile (.zip), a table of places (.csv), or a plan saved here.',
 );
 
 function readJson(text: string, settings: ReadSettings): ReadFile {
@@ -60,8 +60,6 @@ function readBody(body: string, settings: ReadSettings, parseXml: ParseXml): Rea
   if (body.startsWith('{') || body.startsWith('[')) return readJson(body, settings);
   if (looksLikeXml(body)) return readXml(body, settings, parseXml);
   if (looksLikePoints(body)) return readPoints(body, settings);
-  if (body.startsWith('PK'))
-    throw new NotAPlanFile(t('This is a packed file (.kmz or .zip): unpack it, and open the .kml in it.'));
   throw new NotAPlanFile(t('This file is no plan. {kinds}', { kinds: KINDS }));
 }
 
@@ -69,13 +67,17 @@ const isNothing = ({ plan, areas, routes = [], marks = [] }: ReadFile): boolean 
   [plan.items, plan.fence.shapes, plan.rally, areas, routes, marks].every((list) => list.length === 0) &&
   plan.fence.returnPoint === null;
 
-/** Throws only NotAPlanFile, with a message for people, whatever the file. Finding nothing is a failure. */
+/** Finding nothing is a failure: nothing never replaces a plan. */
+export function notNothing(read: ReadFile): ReadFile {
+  if (!isNothing(read)) return read;
+  throw new NotAPlanFile([t('There is nothing to fly in this file.'), ...read.dropped].join(' '));
+}
+
+/** Throws only NotAPlanFile, with a message for people, whatever the text. */
 export function openPlanFile(text: string, settings: ReadSettings, parseXml: ParseXml): ReadFile {
   if (text.length > MAX_LENGTH) throw new NotAPlanFile(t('This file is too large to be a plan.'));
   try {
-    const read = readBody(text.replace(/^\uFEFF/, '').trimStart(), settings, parseXml);
-    if (!isNothing(read)) return read;
-    throw new NotAPlanFile([t('There is nothing to fly in this file.'), ...read.dropped].join(' '));
+    return notNothing(readBody(text.replace(/^\uFEFF/, '').trimStart(), settings, parseXml));
   } catch (error) {
     if (error instanceof RangeError) throw new NotAPlanFile(error.message);
     throw error;

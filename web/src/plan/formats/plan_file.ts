@@ -14,7 +14,10 @@ export type PlanFormat =
   | 'polygon file'
   | 'GeoJSON'
   | 'KML'
+  | 'KMZ'
   | 'GPX'
+  | 'CSV'
+  | 'shapefile'
   | 'saved plan';
 
 export interface ReadFile {
