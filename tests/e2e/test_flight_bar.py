@@ -401,7 +401,7 @@ def test_the_commonest_deeds_counted_in_clicks(come: Somebody, field: tuple[Worl
     alice = signed_in(come, "alice", has_map=True)
     with clicks(alice, "open a drone", 1):
         alice.open_drone("Kestrel")
-    with clicks(alice, "take up the controls", 1):
+    with clicks(alice, "take control", 1):
         alice.part("control-acquire").click()
         expect(alice.part("bar-own")).to_contain_text("Kestrel")
     with clicks(alice, "look at another drone", 2):

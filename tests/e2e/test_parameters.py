@@ -64,7 +64,7 @@ def test_what_is_written_is_seen_by_others_and_what_is_refused_is_said(come: Som
 
     # Writing requires the controls.
     expect(alice.part("write-parameters")).to_be_disabled()
-    expect(alice.part("write-blocked")).to_contain_text("Take up the controls")
+    expect(alice.part("write-blocked")).to_contain_text("Take control")
     alice.part("control-acquire").click()
     alice.part("write-parameters").click()
     alice.confirm("Kestrel")

@@ -40,7 +40,7 @@ def test_a_vehicle_is_set_up_on_the_ground_and_signed_for(somebody: Somebody, wo
     page = alice.page
     alice.open_drone("Kestrel")
     page.evaluate("window.location.hash = '#/drone/1/setup'")
-    expect(alice.part("setup-blocked")).to_contain_text("Take up the controls")
+    expect(alice.part("setup-blocked")).to_contain_text("Take control")
     expect(alice.part("calibrate-level")).to_be_disabled()
     alice.part("control-acquire").click()
     expect(alice.part("setup-blocked")).to_be_empty()

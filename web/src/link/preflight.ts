@@ -20,7 +20,7 @@ export function worstState({ lines }: Pick<Preflight, 'lines'>): LineState {
 export function openWords({ lines }: Pick<Preflight, 'lines'>): string {
   const count = (...states: LineState[]): number => lines.filter(({ state }) => states.includes(state)).length;
   const [open, unknown] = [count('bad', 'caution'), count('unknown')];
-  return [open > 0 ? t('{open} not good', { open }) : '', unknown > 0 ? t('{unknown} not known', { unknown }) : '']
+  return [open > 0 ? t('{open} not OK', { open }) : '', unknown > 0 ? t('{unknown} not known', { unknown }) : '']
     .filter(Boolean)
     .join(', ');
 }

@@ -38,7 +38,7 @@ describe('the index of a flight', () => {
       '10 Heron armed; alice has the controls',
       '11 alice: take-off (accepted)',
       '15 alice moves the sticks',
-      '20 admin TOOK the controls of Heron: airspace',
+      '20 admin TOOK control of Heron: airspace',
       '20.1 Hold ordered (ordered by the tower: taken)',
       '21 Hold NOT CONFIRMED: no answer',
       '22 The sticks of alice rest',
