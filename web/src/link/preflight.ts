@@ -16,7 +16,7 @@ export function worstState({ lines }: Pick<Preflight, 'lines'>): LineState {
   return ORDER.find((state) => lines.some((line) => line.state === state)) ?? 'good';
 }
 
-/** `2 not good, 1 not known`; empty if every line is good. */
+/** `2 not OK, 1 not known`; empty if every line is good. */
 export function openWords({ lines }: Pick<Preflight, 'lines'>): string {
   const count = (...states: LineState[]): number => lines.filter(({ state }) => states.includes(state)).length;
   const [open, unknown] = [count('bad', 'caution'), count('unknown')];
