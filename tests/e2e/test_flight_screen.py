@@ -63,6 +63,10 @@ SHARE: Final = r"""() => {
 }"""
 """The share of the window in which map or video is seen, buttons and instruments on it included."""
 STAY: Final = ("open-restrain", "open-settings", "rehearse", "control-acquire", "action-arm", "takeoff-height")
+PLACE_BUTTONS: Final = (
+    *("goto-confirm", "orbit-confirm", "land-at-confirm"),
+    *("roi-confirm", "home-confirm", "place-measure"),
+)
 SETTLED_MS: Final = 6_000
 HAS_PX4: Final = ("--flavour", "px4")
 
@@ -97,7 +101,14 @@ def test_a_pressed_place_stays_in_sight_and_offers_what_the_vehicle_can(px4: Con
             x, y = box["x"] + box["width"] * 0.6, box["y"] + box["height"] * 0.6
             inside = panel["x"] < x < panel["x"] + panel["width"] and panel["y"] < y < panel["y"] + panel["height"]
             assert not inside, f"{width}: the menu covers the place"
-        for part in ("goto-confirm", "orbit-confirm", "land-at-confirm", "roi-confirm", "home-confirm", "place-measure"):
+        for part in (
+            "goto-confirm",
+            "orbit-confirm",
+            "land-at-confirm",
+            "roi-confirm",
+            "home-confirm",
+            "place-measure",
+        ):
             assert px4.part(part).evaluate(AT_TOP), f"{width}: {part} is covered"
         px4.page.keyboard.press("Escape")
         expect(menu).to_have_count(0)
