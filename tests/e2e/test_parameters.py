@@ -133,7 +133,7 @@ def test_values_go_to_a_file_and_back_and_to_another_drone(come: Somebody, tmp_p
 
     admin.part("parameter-copy").click()
     merlin = admin.part("copy-drone")
-    expect(merlin).to_contain_text("Nobody has its controls")
+    expect(merlin).to_contain_text("Nobody has the controls")
     merlin.get_by_role("checkbox").check()
     expect(merlin).to_contain_text("1 change, 1 it has already.")
     admin.part("copy-write").click()

@@ -16,7 +16,7 @@ def _chooses_values(alice: ConsolePage) -> None:
         alice.part("add-value-name").fill(name)
         alice.part("add-value").click()
     row = alice.page.locator('[data-testid="value-row"][data-id="vibration"]')
-    row.get_by_label("Look of Vibration, worst axis").select_option("gauge")
+    row.get_by_label("Display of Vibration, worst axis").select_option("gauge")
     row.get_by_label("red above, metric").fill("0.001")
     row.get_by_role("button", name="Move Vibration, worst axis: arrow up, arrow down", exact=True).focus()
     for _ in range(alice.part("value-row").count()):  # to the top, with the keyboard alone
