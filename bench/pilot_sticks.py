@@ -1,4 +1,4 @@
-"""A pilot's part in the benchmarks: takes the controls, sends numbered sticks, answers the tower's pings."""
+"""A pilot's part in the benchmarks: takes control, sends numbered sticks, answers the tower's pings."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def answer_ping(browser: LeanBrowser, text: bytes) -> None:
 
 
 async def take(tower: LoadTower, drone_id: int, how: str = "take") -> None:
-    """Waits for the heartbeats of the drone's autopilot, then takes the controls, or acquires them, which orders no
+    """Waits for the heartbeats of the drone's autopilot, then takes control, or acquires them, which orders no
     hold."""
     async with httpx.AsyncClient(
         base_url=f"{tower.url}/api/v1", headers={"Cookie": tower.cookie}, trust_env=False

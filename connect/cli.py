@@ -41,7 +41,7 @@ def connect(
     ] = None,
     tcp: Annotated[list[str] | None, typer.Option("--tcp", help="Wait there for programs to connect.")] = None,
     fly: Annotated[
-        bool, typer.Option("--fly", help="Take the controls of the first, and release them at the end.")
+        bool, typer.Option("--fly", help="Take control of the first drone, and release it at the end.")
     ] = False,
     acknowledge_loss_check: Annotated[
         bool, typer.Option("--acknowledge-loss-check", help="With --fly: read out what a loss would do, and ask.")

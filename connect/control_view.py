@@ -18,7 +18,7 @@ MAX_REMEMBERED: Final = 64
 _DID: Final = {
     "acquired": "has the controls",
     "released": "released the controls",
-    "taken": "took the controls",
+    "taken": "took control",
     "given": "gives the controls back",
     "accepted": "accepted the controls",
     "assisting": "assists: those commands win for as long as they come",

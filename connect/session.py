@@ -200,7 +200,7 @@ class Session:
                 answer = await self._rest.ask("POST", f"/drones/{drone.drone_id}/control/release", {})
             self._say(f"the controls of {drone.name} are released" if answer.done else answer.words)
         except (Ended, TimeoutError):
-            self._say(f"the tower could not be told; it takes the controls of {drone.name} back after its grace time")
+            self._say(f"the tower could not be told; it takes back control of {drone.name} after its grace time")
 
     async def _loss_check(self, drone: Chosen) -> None:
         acknowledge = self._options.acknowledge_loss_check

@@ -225,6 +225,22 @@ class Flight:
         await self.command("land")
         await self._seen(lambda now: now.armed is False, "landed", timeout_s)
 
+    async def land_at(
+        self,
+        lat_deg: float,
+        lon_deg: float,
+        height_m: float,
+        *,
+        speed_m_s: float | None = None,
+        timeout_s: float = ARRIVE_WITHIN_S,
+    ) -> None:
+        """Flies there at this height above home, lands there, and returns when the drone has disarmed. Raises
+        OperationFailed if it does not land there, with the reason: it then flies as it was told since, or stays at the
+        place."""
+        place = {"lat": lat_deg, "lon": lon_deg, "height_m": height_m, "speed_m_s": speed_m_s}
+        await self.command("land_at", **place)
+        await self._seen(lambda now: now.armed is False, "landed", timeout_s)
+
     async def return_home(self, *, timeout_s: float = ARRIVE_WITHIN_S) -> None:
         """Returns home, lands, and returns when the drone has disarmed."""
         await self.command("rtl")

@@ -56,7 +56,7 @@ def come(browser: Browser, world: World, name: str) -> ConsolePage:
 
 
 def fly(console: ConsolePage, drone: str, height_m: int, click: tuple[float, float]) -> None:
-    """Takes the controls, takes off, and sends the drone towards a point of the map (as shares of its size)."""
+    """Takes control, takes off, and sends the drone towards a point of the map (as shares of its size)."""
     console.open("/#/")
     console.page.get_by_role("link", name=f"Open {drone}").click()
     console.part("control-acquire").click()

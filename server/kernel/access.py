@@ -113,7 +113,7 @@ class Action(StrEnum):
     SEE_DRONE = "see-drone"
     FLY = "fly"
     COMMAND = "command"
-    """Take the controls from another user, give them back, assist. Users with reach ALL outrank all others."""
+    """Take control from another user, give it back, assist. Users with reach ALL outrank all others."""
     HOLD_SEVERAL = "hold-several"
     """Have the controls of more than one drone at a time."""
     ADMINISTER = "administer"

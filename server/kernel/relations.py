@@ -49,7 +49,7 @@ class Right(StrEnum):
     FLY = "fly"
     """Have its controls and send what needs them; say "stay"."""
     TAKE = "take"
-    """Take the controls from another user, give them back, assist."""
+    """Take control from another user, give it back, assist."""
     ERASE = "erase"
     """Delete its stored files."""
     LEND = "lend"

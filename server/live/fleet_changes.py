@@ -119,7 +119,7 @@ class FleetChanges:
         return "" if account is None else account.name
 
     def outranks(self, user_id: UserId) -> bool:
-        """Whether this account takes the controls of any drone: a team admin gives way to it."""
+        """Whether this account takes control of any drone: a team admin gives way to it."""
         account = self._users.get(user_id)
         return account is not None and reaches_all(account.role, Action.COMMAND)
 

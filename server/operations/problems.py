@@ -5,6 +5,7 @@ from typing import Final
 from server.http.problem_kinds import INVALID, Kind, Problems
 from server.operations.core.controller_forms import BadControllerSetting
 from server.operations.core.flying.following import CannotFollow, NoSuchLeader
+from server.operations.core.flying.land_at import NotInTheAir
 from server.operations.core.flying.on_the_ground import NoSuchMotor, NotOnTheGround, PropellersNotConfirmed
 from server.operations.core.flying.vehicle import NoSuchItem, NoSuchMode, NotKnownHow, NotKnownYet, StateNotRestored
 from server.operations.core.refusals import (
@@ -40,6 +41,7 @@ PROBLEMS: Final[Problems] = {
     NotThroughTheTower: Kind("not-allowed", 409, "Not through the tower"),
     WouldFall: Kind("would-fall", 409, "The drone would fall"),
     NotOnTheGround: Kind("not-on-the-ground", 409, "The drone is not on the ground"),
+    NotInTheAir: Kind("not-in-the-air", 409, "The drone is not in the air"),
     PropellersNotConfirmed: Kind("propellers-not-confirmed", 409, "The propellers are not confirmed to be off"),
     NoSuchMotor: Kind("no-such-motor", 409, "No such motor"),
     MovesHome: Kind("moves-home", 409, "Home would move"),

@@ -127,7 +127,7 @@ class ConsolePage:
 
     def open_drone(self, name: str) -> None:
         self.page.get_by_role("link", name=f"Open {name}").click()
-        expect(self.part("value-mode")).to_be_visible()
+        expect(self.part("value-armed")).to_be_visible()
 
     def open_panel(self, panel: str) -> None:
         """A panel of the flight screen, unless it is open: on a narrow one they are closed, and open one at a time."""
@@ -287,7 +287,7 @@ def signed_in(
         expect(console.part("squad-row").first).to_be_visible()
     else:
         console.sign_in(name, first_opens=drone)
-        expect(console.part("value-mode")).to_be_visible()
+        expect(console.part("value-armed")).to_be_visible()
     return console
 
 

@@ -101,4 +101,4 @@ def test_the_wall_of_videos(come: Somebody, axe: Axe) -> None:
     alice.open("/#/videos")
     live(alice)
     alice.page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
-    expect(alice.part("value-mode")).to_be_visible()
+    expect(alice.part("value-armed")).to_be_visible()

@@ -401,7 +401,7 @@ def test_the_commonest_deeds_counted_in_clicks(come: Somebody, field: tuple[Worl
     alice = signed_in(come, "alice", has_map=True)
     with clicks(alice, "open a drone", 1):
         alice.open_drone("Kestrel")
-    with clicks(alice, "take up the controls", 1):
+    with clicks(alice, "take control", 1):
         alice.part("control-acquire").click()
         expect(alice.part("bar-own")).to_contain_text("Kestrel")
     with clicks(alice, "look at another drone", 2):
@@ -410,7 +410,9 @@ def test_the_commonest_deeds_counted_in_clicks(come: Somebody, field: tuple[Worl
         expect(alice.part("bar-other")).to_contain_text("Merlin")
     with clicks(alice, "take it in place of one's own", 2):
         alice.part("bar-take").click()
-        expect(alice.page.get_by_role("dialog")).to_contain_text("You control Kestrel. Release it and take Merlin?")
+        expect(alice.page.get_by_role("dialog")).to_contain_text(
+            "You control Kestrel. Release it and take control of Merlin?"
+        )
         alice.part("confirm-button").click()
         expect(alice.part("bar-own")).to_contain_text("Merlin")
     expect(alice.part("bar-other")).to_have_count(0)

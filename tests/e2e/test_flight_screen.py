@@ -63,6 +63,10 @@ SHARE: Final = r"""() => {
 }"""
 """The share of the window in which map or video is seen, buttons and instruments on it included."""
 STAY: Final = ("open-restrain", "open-settings", "rehearse", "control-acquire", "action-arm", "takeoff-height")
+PLACE_BUTTONS: Final = (
+    *("goto-confirm", "orbit-confirm", "land-at-confirm"),
+    *("roi-confirm", "home-confirm", "place-measure"),
+)
 SETTLED_MS: Final = 6_000
 HAS_PX4: Final = ("--flavour", "px4")
 
@@ -97,7 +101,14 @@ def test_a_pressed_place_stays_in_sight_and_offers_what_the_vehicle_can(px4: Con
             x, y = box["x"] + box["width"] * 0.6, box["y"] + box["height"] * 0.6
             inside = panel["x"] < x < panel["x"] + panel["width"] and panel["y"] < y < panel["y"] + panel["height"]
             assert not inside, f"{width}: the menu covers the place"
-        for part in ("goto-confirm", "orbit-confirm", "roi-confirm", "home-confirm", "place-measure"):
+        for part in (
+            "goto-confirm",
+            "orbit-confirm",
+            "land-at-confirm",
+            "roi-confirm",
+            "home-confirm",
+            "place-measure",
+        ):
             assert px4.part(part).evaluate(AT_TOP), f"{width}: {part} is covered"
         px4.page.keyboard.press("Escape")
         expect(menu).to_have_count(0)
@@ -124,6 +135,22 @@ def test_a_pressed_place_stays_in_sight_and_offers_what_the_vehicle_can(px4: Con
     expect(px4.part("map-menu")).to_have_count(0)
     px4.page.keyboard.press("Escape")
     expect(px4.part("map-measured")).to_have_count(0)
+
+
+def test_land_here_is_held_flies_there_and_lands(px4: ConsolePage) -> None:
+    px4.press_map(0.55, 0.6)
+    lat, lon = (float(px4.part("map-menu").get_attribute(f"data-{axis}") or 0) for axis in ("lat", "lon"))
+    px4.part("land-at-confirm").click()  # a short press only says so
+    expect(px4.part("land-at-confirm-hint")).to_contain_text("Hold for 1 second")
+    expect(px4.part("land-at")).to_have_count(0)
+    px4.part("land-at-confirm").hover()
+    px4.page.mouse.down()
+    expect(px4.part("map-menu")).to_have_count(0)  # it closes when the button has acted
+    px4.page.mouse.up()
+    expect(px4.part("land-at-phase")).to_contain_text("then it lands")
+    px4.wait("LAND", lambda: px4.word("mode") == "LAND", timeout_s=90)
+    assert px4.distance_m(lat, lon) < 4
+    expect(px4.part("land-at")).to_have_count(0)
 
 
 @pytest.mark.drones("Kestrel", "Merlin")

@@ -222,6 +222,6 @@ def test_it_follows_the_person_at_the_browser_and_holds_when_that_is_closed(some
     alice.wait("its place, 6 m further on", in_place)
 
     alice.page.reload()
-    expect(alice.part("follow-end").or_(alice.part("value-mode")).first).to_be_visible()
+    expect(alice.part("follow-end").or_(alice.part("value-armed")).first).to_be_visible()
     alice.wait("BRAKE", lambda: alice.word("mode") == "BRAKE")
     expect(alice.part("blocked-reason")).to_contain_text("You fly Kestrel")

@@ -250,7 +250,7 @@ def test_a_replay_stands_over_the_shape_of_the_ground(come: Somebody, hills: Wor
     expect(console.part("replay")).to_have_attribute("data-whole", "true")
     console.part("scrub").fill("35000")
     console.wait("the way", lambda: float(console.part("map").get_attribute("data-zoom") or 0) > 13)
-    console.page.get_by_role("button", name="Whole way").click()
+    console.page.get_by_role("button", name="Whole track").click()
     box = console.part("map").bounding_box()
     assert box is not None
     # A hill in the middle: what is in the plain must not be drawn as high as it.

@@ -166,4 +166,4 @@ def test_a_hold_of_several_drones_is_asked_once_and_answered_by_each(somebody: S
     expect(admin.page.get_by_role("dialog")).to_contain_text("on the ground with its motors off")
     admin.confirm("Kestrel")
     expect(pair).to_contain_text("taken from alice")
-    expect(alice.part("taken-banner")).to_contain_text("admin took the controls of Kestrel")
+    expect(alice.part("taken-banner")).to_contain_text("admin took control of Kestrel")

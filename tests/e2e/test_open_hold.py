@@ -9,7 +9,7 @@ LOST_ACTION_S = 12
 
 
 def taken_in_flight(somebody: Somebody) -> tuple[ConsolePage, ConsolePage]:
-    """alice flew Kestrel; an admin took the controls and does nothing. Both watch it."""
+    """alice flew Kestrel; an admin took control and does nothing. Both watch it."""
     alice = signed_in(somebody, "alice", "Kestrel")
     admin = signed_in(somebody, "admin", "Kestrel")
     admin.part("open-settings").click()

@@ -64,7 +64,7 @@ def test_what_is_written_is_seen_by_others_and_what_is_refused_is_said(come: Som
 
     # Writing requires the controls.
     expect(alice.part("write-parameters")).to_be_disabled()
-    expect(alice.part("write-blocked")).to_contain_text("Take up the controls")
+    expect(alice.part("write-blocked")).to_contain_text("Take control")
     alice.part("control-acquire").click()
     alice.part("write-parameters").click()
     alice.confirm("Kestrel")
@@ -133,7 +133,7 @@ def test_values_go_to_a_file_and_back_and_to_another_drone(come: Somebody, tmp_p
 
     admin.part("parameter-copy").click()
     merlin = admin.part("copy-drone")
-    expect(merlin).to_contain_text("Nobody has its controls")
+    expect(merlin).to_contain_text("Nobody has the controls")
     merlin.get_by_role("checkbox").check()
     expect(merlin).to_contain_text("1 change, 1 it has already.")
     admin.part("copy-write").click()

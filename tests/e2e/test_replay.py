@@ -70,7 +70,7 @@ def test_a_flight_is_replayed(come: Somebody, axe: Axe) -> None:
     expect(console.part("replay-holder")).to_contain_text("alice")
 
     # Jump to the hand-over, and see who had the controls and what the hold did.
-    console.part("event").filter(has_text="TOOK the controls").click()
+    console.part("event").filter(has_text="TOOK control").click()
     shows(console, EVENTS_S["taken"])
     expect(console.part("replay-holder")).to_contain_text("admin")
     keys.press("n")

@@ -106,7 +106,7 @@ def test_the_picture_is_of_the_moment_that_is_scrubbed_or_jumped_to(come: Somebo
         console.part("scrub").fill(f"{wanted_s * 1000:.0f}")
         console.wait(f"second {wanted_s}", lambda wanted_s=wanted_s: abs(at_s(console) - wanted_s) <= 0.15)
         stands_in_step(console)
-    console.part("event").filter(has_text="TOOK the controls").click()
+    console.part("event").filter(has_text="TOOK control").click()
     console.wait("the hand-over", lambda: abs(at_s(console) - EVENTS_S["taken"]) <= 0.04)
     stands_in_step(console)
     console.page.keyboard.press(".")

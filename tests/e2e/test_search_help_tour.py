@@ -73,7 +73,7 @@ def test_the_search_finds_drones_pages_and_commands(come: Somebody, axe: Axe) ->
     expect(first).to_have_attribute("data-kind", "drone")
     axe.look(alice, "search")
     alice.page.keyboard.press("Enter")
-    expect(alice.part("value-mode")).to_be_visible()
+    expect(alice.part("value-armed")).to_be_visible()
     search(alice, "take kestrel")
     alice.page.keyboard.press("Enter")
     expect(alice.part("bar-own")).to_contain_text("Kestrel")

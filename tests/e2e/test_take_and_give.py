@@ -34,7 +34,7 @@ def test_who_loses_the_controls_in_flight_sees_who_why_and_the_confirmed_hold(so
     admin.takes_from("alice", "Kestrel", reason="airspace closed")
 
     banner = alice.part("taken-banner")
-    expect(banner).to_contain_text("admin took the controls of Kestrel from you")
+    expect(banner).to_contain_text("admin took control of Kestrel from you")
     expect(banner).to_contain_text("UTC")
     expect(banner).to_contain_text("airspace closed")
     expect(banner).to_contain_text("You can still watch")
@@ -163,7 +163,7 @@ def test_who_is_no_longer_an_owner_or_is_disabled_is_told_so_at_once(somebody: S
 
     assert admin.ask("PUT", f"/drones/1/owners/{owner['id']}").status == 200
     alice.page.reload()
-    expect(alice.part("value-mode")).to_be_visible()
+    expect(alice.part("value-armed")).to_be_visible()
     alice.acquire("Kestrel")
     assert admin.ask("PATCH", f"/users/{owner['id']}", {"disabled": True}).status == 200
     farewell = alice.part("sign-in-problem")

@@ -16,7 +16,7 @@ def _chooses_values(alice: ConsolePage) -> None:
         alice.part("add-value-name").fill(name)
         alice.part("add-value").click()
     row = alice.page.locator('[data-testid="value-row"][data-id="vibration"]')
-    row.get_by_label("Look of Vibration, worst axis").select_option("gauge")
+    row.get_by_label("Display of Vibration, worst axis").select_option("gauge")
     row.get_by_label("red above, metric").fill("0.001")
     row.get_by_role("button", name="Move Vibration, worst axis: arrow up, arrow down", exact=True).focus()
     for _ in range(alice.part("value-row").count()):  # to the top, with the keyboard alone
@@ -40,7 +40,7 @@ def test_a_vehicle_is_set_up_on_the_ground_and_signed_for(somebody: Somebody, wo
     page = alice.page
     alice.open_drone("Kestrel")
     page.evaluate("window.location.hash = '#/drone/1/setup'")
-    expect(alice.part("setup-blocked")).to_contain_text("Take up the controls")
+    expect(alice.part("setup-blocked")).to_contain_text("Take control")
     expect(alice.part("calibrate-level")).to_be_disabled()
     alice.part("control-acquire").click()
     expect(alice.part("setup-blocked")).to_be_empty()

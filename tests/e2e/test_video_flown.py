@@ -172,7 +172,7 @@ def test_the_video_is_taken_with_the_controls_and_comes_back_with_them(alice: Co
     admin.takes_from("alice", "Kestrel", reason="inquiry", may_watch_video=False)
 
     expect(alice.part("video-taken")).to_contain_text("The video of Kestrel was taken too.")
-    expect(alice.part("video-taken")).to_contain_text("admin took the controls without letting you watch the video")
+    expect(alice.part("video-taken")).to_contain_text("admin took control without letting you watch the video")
     expect(alice.part("taken-banner")).to_contain_text("The video was taken too. You can still watch the rest")
     expect(alice.part("video")).to_have_count(0)
     # Telemetry goes on, and so does the admin's video.

@@ -189,7 +189,7 @@ def test_a_holder_flies_until_an_admin_takes_it_and_again_after_accepting(
     program.messages.clear()
     program.say(FLIES)
     wait_for("a refusal", lambda: program.has("COMMAND_ACK", command=178, result=NOT_IN_CONTROL))
-    said(world, "root took the controls: gusts")
+    said(world, "root took control: gusts")
     said(world, "you do NOT have the controls of Kestrel")
     root.ask("POST", "/drones/1/control/give")
     said(world, "type accept and press Enter")

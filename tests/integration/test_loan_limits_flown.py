@@ -91,4 +91,4 @@ async def test_flown_beyond_height_and_radius_it_holds_and_flies_back(world: Wor
 
     await asyncio.to_thread(wait_for, "both limits in the audit trail", both_are_recorded)
     drone = await asyncio.to_thread(admin.drone, 1)
-    assert drone["holder"]["name"] == "bob", "a limit is no reason to take the controls"
+    assert drone["holder"]["name"] == "bob", "a limit is no reason to take control"

@@ -87,7 +87,7 @@ class Program:
         self._keeping = threading.Thread(target=self._keep, args=(f"/drones/{drone_id}/control/keep-alive",))
 
     def acquire(self, drone_id: int) -> None:
-        """Takes the controls and keeps them from here on."""
+        """Takes control and keeps it from here on."""
         status, said = self._ask(self._connection, "POST", f"/drones/{drone_id}/control/acquire")
         assert status == 200, said
         self._keeping.start()

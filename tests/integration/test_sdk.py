@@ -1,4 +1,4 @@
-"""The SDK before a real tower with real agents: its examples fly, and whoever takes the controls ends a program."""
+"""The SDK before a real tower with real agents: its examples fly, and whoever takes control ends a program."""
 
 import asyncio
 import importlib.util

@@ -275,7 +275,7 @@ async def test_give_and_acceptance_race_with_a_withdrawal(tmp_path: Path, databa
             accepted, withdrawn = await asyncio.gather(
                 ask(operator, drone.id, "accept", sticks_centred=True), ask(admin, drone.id, "take")
             )
-            # A withdrawal after the acceptance takes the controls again; before it, there is nothing to accept.
+            # A withdrawal after the acceptance takes control again; before it, there is nothing to accept.
             assert withdrawn.status_code == 200 or accepted.status_code == 200
             seen = (await admin.get(f"/api/v1/drones/{drone.id}")).json()
             assert seen["offered"] is False

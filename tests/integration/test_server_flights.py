@@ -133,7 +133,7 @@ async def test_a_flight_is_listed_with_its_pilots_its_way_and_its_index(scene: F
     assert {"ordered", "confirmed"} <= {one["step"] for one in detail["index"] if one["kind"] == "hold"}
     report = await scene.holder.get(f"/api/v1/flights/{flight['id']}/report")
     assert "attachment" in report.headers["content-disposition"]
-    for words in ("root TOOK the controls of kestrel", "Hold confirmed by the autopilot"):
+    for words in ("root TOOK control of kestrel", "Hold confirmed by the autopilot"):
         assert words in report.text
 
 

@@ -31,7 +31,7 @@ async def test_own_lines_are_confirmed_and_signed_and_go_into_the_flight(scene: 
     assert {line["key"]: line["state"] for line in seen["lines"]}["home"] == "good"
 
     missing = await scene.holder.post(f"{path}/sign", json={"checked": [TIGHT]})
-    assert "1 own line of kestrel" in assert_problem(missing, 409, "preflight-incomplete")["detail"]
+    assert "checklist of kestrel first: 1 item left" in assert_problem(missing, 409, "preflight-incomplete")["detail"]
     assert_problem(await scene.watcher.post(f"{path}/sign", json={"checked": [TIGHT, LATCHED]}), 403, "signs-for-pilot")
     body = {"checked": [TIGHT, LATCHED], "weather": "wind 5 m/s"}
     signed = (await scene.holder.post(f"{path}/sign", json=body)).json()["signed"]

@@ -1,4 +1,4 @@
-"""An admin takes the controls while the database is locked, full, frozen or killed: the drone holds at once, the old
+"""An admin takes control while the database is locked, full, frozen or killed: the drone holds at once, the old
 holder is locked out until the decision, both are notified, and nothing takes effect late."""
 
 import asyncio
@@ -74,7 +74,7 @@ class Scene:
         assert self.lease.lease.epoch == epoch
         for who in (self.roots, self.alices):
             reported = await who.event("notice", code="control-undecided")
-            assert "Root takes the controls" in reported["text"]
+            assert "Root takes control" in reported["text"]
             await who.event("hold", step="ordered")
         return answer
 
@@ -160,7 +160,7 @@ async def test_a_request_that_is_cut_off_leaves_the_fence(scene: Scene) -> None:
         assert asked.cancelled()
         assert scene.lease.fenced
         for who in (scene.roots, scene.alices):
-            assert "Root takes the controls" in (await who.event("notice", code="control-undecided"))["text"]
+            assert "Root takes control" in (await who.event("notice", code="control-undecided"))["text"]
         other.execute("ROLLBACK")
     finally:
         other.close()
@@ -180,7 +180,7 @@ async def test_full(scene: Scene) -> None:
 
     event.listen(tower.database.engine.sync_engine, "begin", no_more_pages)
     holds = 0
-    for number in range(200):  # the last page has room for a few records: two admins take the controls from each other
+    for number in range(200):  # the last page has room for a few records: two admins take control from each other
         holds = len(scene.agent.holds)
         answer = await ask((scene.root, boss)[number % 2], scene.drone.id, "take", reason="x" * 250)
         if answer.status_code == 503:

@@ -108,4 +108,4 @@ async def test_flown_at_a_zone_it_is_told_then_held_and_flies_away(world: World)
 
     await asyncio.to_thread(wait_for, "the hold in the audit trail", is_recorded)
     drone = await asyncio.to_thread(admin.drone, 1)
-    assert drone["holder"]["name"] == "alice", "a zone is no reason to take the controls"
+    assert drone["holder"]["name"] == "alice", "a zone is no reason to take control"

@@ -175,7 +175,7 @@ class HeldCopter:
         self.message(self.settings)
 
     def take(self, *, interrupts: bool = True) -> int:
-        """An admin takes the controls and does nothing. Returns the order's number."""
+        """An admin takes control and does nothing. Returns the order's number."""
         self._orders += 1
         self.epoch += 1
         self.hand = None

@@ -17,7 +17,7 @@ const built = join(web, 'dist');
 const KEPT = [/^index\.html$/, /^assets\/.*\.(js|css)$/, /^assets\/inter-latin-wght.*\.woff2$/, /^basemap\//];
 const SIGN = /^icon\.svg$/;
 /** Catalogues of languages: each is fetched, and kept, by those who read it (service_worker/worker.ts). */
-const LANGUAGE = /^assets\/portuguese-/;
+const LANGUAGE = /^assets\/portuguese(_labels)?-/;
 
 const files = readdirSync(built, { recursive: true, withFileTypes: true })
   .filter((entry) => entry.isFile() && !/\.(br|gz)$/.test(entry.name))

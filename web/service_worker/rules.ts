@@ -36,7 +36,7 @@ export function wayOf(asked: Asked, scope: string, files: ReadonlySet<string>): 
 export const isHashed = (path: string): boolean => path.startsWith('assets/');
 
 /** A catalogue of a language: not for everybody, so it is kept when the first page asks for it. */
-export const isCatalogue = (path: string): boolean => /^assets\/portuguese-[^/]*\.js$/.test(path);
+export const isCatalogue = (path: string): boolean => /^assets\/portuguese(_labels)?-[^/]*\.js$/.test(path);
 
 export const cacheOf = (version: string): string => PREFIX + version;
 

@@ -67,9 +67,9 @@ export async function acquire(drone: Drone): Promise<boolean> {
   const left =
     flies === false ? t('{held} is on the ground.', { held: held.name }) : unpilotedWords({ ...held, airborne: flies });
   const consent = await ask({
-    title: t('You control {held}. Release it and take {drone}?', { held: held.name, drone: drone.name }),
+    title: t('You control {held}. Release it and take control of {drone}?', { held: held.name, drone: drone.name }),
     text: left,
-    confirmLabel: t('Release {held}, take {drone}', { held: held.name, drone: drone.name }),
+    confirmLabel: t('Release {held}, take control of {drone}', { held: held.name, drone: drone.name }),
     isDanger: flies !== false,
   });
   if (!consent) return false;
@@ -133,11 +133,11 @@ function takeQuestion(drone: Drone): Question {
     checkLabel: t('{pilot} may still watch {drone}', { pilot, drone: drone.name }),
     secondCheckLabel: t('{pilot} may still watch the video of {drone}', { pilot, drone: drone.name }),
   };
-  const title = t('Take the controls of {drone}?', { drone: drone.name });
+  const title = t('Take control of {drone}?', { drone: drone.name });
   const going = goingHome(drone);
   if (going === null) {
     const text = `${holdWords(drone)} ${loses}.`;
-    return { title, text, confirmLabel: t('Take the controls'), isDanger: true, ...views };
+    return { title, text, confirmLabel: t('Take control'), isDanger: true, ...views };
   }
   return {
     title,
@@ -155,14 +155,14 @@ export async function takeInEmergency(drone: Drone): Promise<boolean> {
   const going = goingHome(drone);
   const now = going === null ? '' : `${t('{going}: that is interrupted.', { going })} `;
   const consent = await ask({
-    title: t('Emergency: take {drone} and stop it?', { drone: drone.name }),
+    title: t('Emergency: take control of {drone} and stop it?', { drone: drone.name }),
     text: drone.watched_only
       ? `${holdWords(drone)} ${t('{pilotOf} loses the controls; you get them', { pilotOf: pilotOf(drone) })}.`
       : t(
           '{now}{drone} stops and holds where it is, even during a return or a landing. {pilotOf} loses the controls; you get them.',
           { now, drone: drone.name, pilotOf: pilotOf(drone) },
         ),
-    confirmLabel: t('Take {drone} and stop it', { drone: drone.name }),
+    confirmLabel: t('Take control of {drone} and stop it', { drone: drone.name }),
     isDanger: true,
     reasonLabel: t('Reason (the pilot reads it)'),
   });

@@ -5,7 +5,7 @@
 
 import { ask } from './confirmation.svelte';
 import { t } from './languages/text';
-import { followPerson, followsOrEnded } from './link/drone_commands';
+import { followPerson, begunOrEnded } from './link/drone_commands';
 import { isOver } from './link/operations';
 import { ageMs, sureM, type Located } from './link/person_fix';
 import type { Vehicle } from './link/vehicle';
@@ -97,7 +97,7 @@ export async function followMe(vehicle: Vehicle, awayM: number, altRelM: number 
         for_s: FOLLOW_FOR_S,
       });
       void report(id, begun.id);
-      const came = await followsOrEnded(tower.operations, begun.id);
+      const came = await begunOrEnded(tower.operations, begun.id);
       const follows = came !== null && !isOver(came);
       return {
         kind: 'reported',

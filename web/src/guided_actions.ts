@@ -4,12 +4,13 @@
  */
 
 import { confirmArming } from './arming';
-import { ask } from './confirmation.svelte';
+import { ask, LEAVES_OR_ENDS_S } from './confirmation.svelte';
 import { t } from './languages/text';
-import { followLeader, followsOrEnded, type DroneCommand } from './link/drone_commands';
+import { begunOrEnded, followLeader, landAt, type DroneCommand, type LandAtCommand } from './link/drone_commands';
 import type { FlightValues } from './link/flight_values';
-import type { Target } from './link/messages';
+import { wrapped, type Target } from './link/messages';
 import type { Operation } from './link/operation_types';
+import type { Outcome } from './link/outcome';
 import { isOver, type Operations } from './link/operations';
 import type { Schemas } from './link/rest_types';
 import type { Vehicle } from './link/vehicle';
@@ -71,6 +72,36 @@ export class GuidedActions {
     );
   }
 
+  landThereWords(target: Target): string {
+    const [where, high] = [latLon(target), metres(target.altRelM)];
+    return t('{name} flies to {where} at {high}, then lands there.', { name: this.#name, where, high });
+  }
+
+  /** Ends the flight: held for a second (docs/console.md), by the menu's button (`isHeld`) or by that of the question. */
+  async landThere(target: Target, { isHeld = false } = {}): Promise<void> {
+    const { id, name } = this.#vehicle.drone.get();
+    const words = this.landThereWords(target);
+    const question = { title: t('Have {name} land there?', { name }), text: words, confirmLabel: t('Land there') };
+    if (!isHeld && !(await ask({ ...question, heldS: LEAVES_OR_ENDS_S }))) return;
+    const { latDeg, lonDeg, altRelM } = target;
+    const command: LandAtCommand = { command: 'land_at', lat: latDeg, lon: wrapped(lonDeg), height_m: altRelM };
+    const begin = async (): Promise<Outcome> => {
+      try {
+        const begun = await landAt(this.#operations, id, command);
+        const now = await begunOrEnded(this.#operations, begun.id);
+        const isUnderWay = now !== null && !isOver(now);
+        return {
+          kind: 'reported',
+          isDone: isUnderWay || now?.state === 'done',
+          words: isUnderWay ? words : now?.words || '',
+        };
+      } catch (error) {
+        return { kind: 'reported', isDone: false, words: error instanceof Error ? error.message : String(error) };
+      }
+    };
+    await this.#vehicle.perform(t('Land there'), () => this.#vehicle.target.follow(command, begin()));
+  }
+
   /** Never asks: only the camera, or the nose, moves. */
   async lookAt({ latDeg, lonDeg, altRelM }: Target): Promise<void> {
     const command = { command: 'roi', lat: latDeg, lon: lonDeg, height_m: altRelM } as const;
@@ -104,7 +135,7 @@ export class GuidedActions {
     await this.#vehicle.perform(t('Follow {leader}', { leader: leader.name }), async () => {
       try {
         const begun = await followLeader(this.#operations, id, { ...command, for_s: FOLLOW_FOR_S });
-        const now = await followsOrEnded(this.#operations, begun.id);
+        const now = await begunOrEnded(this.#operations, begun.id);
         const words = now === null || isOver(now) ? now?.words : t('{name} flies to {where}.', { name, where });
         return { kind: 'reported', isDone: now !== null && !isOver(now), words: words || t('It ended at once.') };
       } catch (error) {

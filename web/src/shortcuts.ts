@@ -34,7 +34,7 @@ export interface Shortcut {
 }
 
 export const SHORTCUTS: readonly Shortcut[] = [
-  { key: 'c', name: 'controls', words: t('Take up or release the controls') },
+  { key: 'c', name: 'controls', words: t('Take or release control') },
   { key: 'h', name: 'hold', words: t('Hold: stop and stay here, at once') },
   { key: 'r', name: 'return', words: t('Return (asks)') },
   { key: 'l', name: 'land', words: t('Land (asks)') },

@@ -37,7 +37,7 @@ export class SquadFormation {
     const { airborne, place, altAmslM } = vehicle.values(tower.clock.nowMs());
     if (airborne === null) return t('It is not known whether {name} is in the air.', { name });
     if (!airborne) return t('{name} is not in the air.', { name });
-    if (!place || altAmslM === null) return t('Nobody knows where {name} is.', { name });
+    if (!place || altAmslM === null) return t('The position of {name} is not known.', { name });
     return { id: droneId, name, place, altM: altAmslM };
   }
 

@@ -156,7 +156,7 @@ describe('words', () => {
       '5.0 m/s',
       '2.0 m to 30.0 m',
       '100 m',
-      'TAKE',
+      'an admin who takes control',
     ])
       expect(words).toContain(part);
     expect(startWords('Heron', startOf('scripted', FIRST_LIMITS, {}), 'metric')).toContain(

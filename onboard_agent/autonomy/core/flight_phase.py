@@ -14,7 +14,7 @@ class Phase(StrEnum):
 
     STARTING = "starting"
     ON_GROUND = "on the ground"
-    ENTERING = "taking the controls"
+    ENTERING = "taking control"
     FLYING = "flying"
     TAKING_OFF = "taking off"
     LANDING = "landing"

@@ -60,7 +60,7 @@ class AcceptRequest(ControlRequest):
 async def _take_by(
     request: Request, authenticator: AuthenticatorDep, control: ControlDep, clock: ClockDep, drone_id: DronePath
 ) -> AsyncIterator[Principal]:
-    """Yields the principal who takes the controls. If the database does not decide at once whether they may, and their
+    """Yields the principal who takes control. If the database does not decide at once whether they may, and their
     sign-in is remembered, the drone holds first."""
     admitting = asyncio.ensure_future(authenticator.admit(request, Action.COMMAND))
     try:
@@ -118,7 +118,7 @@ async def _change(
 async def acquire(
     principal: Pilot, control: ControlDep, address: AddressDep, drone_id: DronePath, body: Reason = None
 ) -> DroneView:
-    """Takes the controls of a drone of yours that has no holder."""
+    """Takes control of a drone of yours that has no holder."""
     return await _change(control, principal, drone_id, Event.ACQUIRE, body, address)
 
 
@@ -151,7 +151,7 @@ async def take(
     drone_id: DronePath,
     body: Annotated[TakeRequest | None, Body()] = None,
 ) -> DroneView:
-    """Admin: takes the controls, or withdraws an offer. The drone holds, but a return or a landing continues unless
+    """Admin: takes control, or withdraws an offer. The drone holds, but a return or a landing continues unless
     `interrupt` is true. The operator is shut out until the controls are given back. If `watch` is false, the operator
     does not see the drone either; if `video` is `move`, the operator gets no video."""
     return await _change(control, principal, drone_id, Event.TAKE, body, address)

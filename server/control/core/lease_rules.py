@@ -6,7 +6,7 @@ from server.control.core.lease_types import Actor, Changed, Lease, Order, Outcom
 from wire.ids import Epoch
 
 _NO_PILOT = Refused("not-an-owner", "only its owners and the pilots of its team can have the controls of this drone")
-_ADMINS_ONLY_TAKE = Refused("admins-only", "only an admin can take the controls from somebody")
+_ADMINS_ONLY_TAKE = Refused("admins-only", "only an admin can take control from somebody")
 _ALREADY_YOURS = Refused("already-yours", "you already have the controls")
 _HOLDS_ANOTHER = Refused("holds-another", "release the drone that you are flying first")
 _OUTRANKED = Refused("held-by-admin", "an admin of the tower has the controls or assists: a team admin must wait")
@@ -23,7 +23,7 @@ def nobody_holds(lease: Lease, actor: Actor) -> Outcome:
 
 def nothing_to_give(lease: Lease, actor: Actor) -> Outcome:
     if not actor.may_take:
-        return Refused("admins-only", "only an admin who took the controls can give them back")
+        return Refused("admins-only", "only an admin who took control can give it back")
     return Refused("nothing-to-give", "the controls were not taken from anybody")
 
 
@@ -33,7 +33,7 @@ def nothing_offered(lease: Lease, actor: Actor) -> Outcome:
 
 def already_offered(lease: Lease, actor: Actor) -> Outcome:
     if lease.holder != actor.user_id:
-        return Refused("not-the-holder", "only the admin who took the controls can give them back")
+        return Refused("not-the-holder", "only the admin who took control can give it back")
     return Refused("already-offered", "the controls are offered already; wait until they are accepted")
 
 
@@ -46,7 +46,7 @@ def nobody_to_assist(lease: Lease, actor: Actor) -> Outcome:
 def admin_holds(lease: Lease, actor: Actor) -> Outcome:
     if not actor.may_take:
         return Refused("admins-only", "only an admin can assist")
-    return Refused("cannot-assist", "an admin has taken the controls; only their usual holder can be assisted")
+    return Refused("cannot-assist", "an admin has taken control; only their usual holder can be assisted")
 
 
 def nobody_assists(lease: Lease, actor: Actor) -> Outcome:
@@ -76,7 +76,7 @@ def acquire_held(lease: Lease, actor: Actor) -> Outcome:
 
 def acquire_taken(lease: Lease, actor: Actor) -> Outcome:
     if lease.taken_from == actor.user_id:
-        return Refused("taken-away", "an admin has taken the controls; wait until they are given back")
+        return Refused("taken-away", "an admin has taken control; wait until it is given back")
     return acquire_held(lease, actor)
 
 
@@ -159,7 +159,7 @@ def _still_taken(lease: Lease, *, offered: bool = False) -> Lease:
 
 def give(lease: Lease, actor: Actor) -> Outcome:
     if lease.holder != actor.user_id or not actor.may_take:
-        return Refused("not-the-holder", "only the admin who took the controls can give them back")
+        return Refused("not-the-holder", "only the admin who took control can give it back")
     if not actor.operator_may_fly:
         return Refused("cannot-receive", "the operator cannot fly this drone now; release the controls instead")
     return Changed(_still_taken(lease, offered=True), (Order.HOLD,))

@@ -65,11 +65,11 @@ def _of_ours(settings: DroneSettings) -> Iterable[Sentence]:
     yield info(
         "operator",
         f"Flown by hand, the drone holds when no fresh sticks come for {safety.sticks_stale_s:g} s, when the "
-        f"operator's browser is gone for 2 s, or when the round trip is above {safety.rtt_limit_ms:g} ms for "
+        f"pilot's browser is gone for 2 s, or when the round trip is above {safety.rtt_limit_ms:g} ms for "
         f"{safety.rtt_limit_s:g} s: at once in {modes} with centred sticks, and as soon as it is level and has a "
         "position in a mode that stays and uses nobody's sticks.",
     )
-    stays_away = f"When the person is lost for {safety.lost_action_s:g} s, {then}."
+    stays_away = f"When the pilot is lost for {safety.lost_action_s:g} s, {then}."
     yield info("operator", f"A hold does not end by itself. {stays_away}")
     yield info(
         "operator", "Without a position it stays in altitude hold, which keeps the height and drifts with the wind."

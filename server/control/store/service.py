@@ -1,6 +1,6 @@
 """The control service: carries a decision of the table into the store, the hub and the drone, in that order.
 
-To take the controls from somebody, it fences the drone in the hub before it asks the store: from that instant no
+To take control from somebody, it fences the drone in the hub before it asks the store: from that instant no
 commands pass until the decision. Of two concurrent requests the store lets one win.
 """
 

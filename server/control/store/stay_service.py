@@ -23,7 +23,7 @@ from server.storage.database import Database
 from wire.ids import DroneId
 from wire.open_holds import Lost, LostPhase
 
-_SHUT_OUT: Final = Refused("taken-away", "an admin has taken the controls; wait until they are given back")
+_SHUT_OUT: Final = Refused("taken-away", "an admin has taken control; wait until it is given back")
 _ONLY_WATCHES: Final = Refused("not-an-owner", "you may watch this drone, and do nothing with it")
 _OFFLINE: Final = Refused("offline", "the drone is offline")
 _NOTHING: Final = Refused("nothing-to-stay", "there is no countdown that a person could stop")

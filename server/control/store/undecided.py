@@ -37,7 +37,7 @@ class ControlUndecided(DatabaseUnavailable):
     def __init__(self) -> None:
         super().__init__(
             "the controls did not change hands, because the database does not answer. The drone was told to hold, and "
-            "nobody's commands pass until the database answers: take the controls again then"
+            "nobody's commands pass until the database answers: take control again then"
         )
 
 
@@ -68,7 +68,7 @@ class UndecidedTakes:
 
     def hold(self, drone_id: DroneId, name: str, *, interrupts: bool) -> None:
         """Orders a hold at once, whatever the state of the database, and notifies all who may see the drone."""
-        reason = f"{name} takes the controls, and the database has not confirmed it yet"
+        reason = f"{name} takes control, and the database has not confirmed it yet"
         self._hub.holds.order(drone_id, reason, interrupts=interrupts)
         words = f"{reason}: nobody's commands pass until it has."
         self._hub.changes.notify_undecided(drone_id, "warning", words)

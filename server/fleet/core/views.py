@@ -180,7 +180,7 @@ class DroneView(BaseModel):
     epoch: Annotated[int, Field(description="Increments with each change of the lease")]
     taken_from: Annotated[
         UserRefView | None,
-        Field(description="The operator from whom an admin took the controls; shut out until they are given back"),
+        Field(description="The operator from whom an admin took control; shut out until it is given back"),
     ]
     autopilot_heard: Annotated[bool, Field(description="The agent receives heartbeats from the autopilot")]
     agent_version: Annotated[

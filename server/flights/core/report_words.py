@@ -19,9 +19,9 @@ _CAUSES: Final = {
     "sticks-stale": "the sticks stopped or came too late",
 }
 _CONTROL: Final = {
-    "acquired": "took up the controls of",
+    "acquired": "took control of",
     "released": "released the controls of",
-    "taken": "TOOK the controls of",
+    "taken": "TOOK control of",
     "given": "gives back the controls of",
     "accepted": "accepted the controls of",
     "assisting": "assists with",

@@ -21,9 +21,10 @@ from server.operations.api.operation_requests import (
     flown_drone,
     zones_of_plan,
 )
-from server.operations.core.flying.bodies import Disarm, FlightCommand, Follow, FollowMe, Jump, SetHome, Start
+from server.operations.core.flying.bodies import Disarm, FlightCommand, Follow, FollowMe, Jump, LandAt, SetHome, Start
 from server.operations.core.flying.follow_me import follow_me_order
 from server.operations.core.flying.following import CannotFollow, NoSuchLeader, follow_order
+from server.operations.core.flying.land_at import NotInTheAir, land_at_order
 from server.operations.core.flying.on_the_ground import (
     NoSuchMotor,
     NotOnTheGround,
@@ -84,7 +85,15 @@ DronePath = Annotated[int, Path(ge=1, le=0xFFFFFFFF)]
             MovesHome,
         ),
         *(TooManyOperations, NotKnownHow, NotKnownYet, NoSuchMode, NoSuchItem, NoSuchLeader, CannotFollow),
-        *(NotOnTheGround, PropellersNotConfirmed, NoSuchMotor, OutsideOwnFence, TooMuchWork, StateNotRestored),
+        *(
+            NotInTheAir,
+            NotOnTheGround,
+            PropellersNotConfirmed,
+            NoSuchMotor,
+            OutsideOwnFence,
+            TooMuchWork,
+            StateNotRestored,
+        ),
     ),
 )
 async def command_drone(
@@ -110,6 +119,8 @@ async def command_drone(
         order, following = follow_me_order(hub, principal, drone, body, now)
     elif isinstance(body, Follow):
         order, following = follow_order(hub, principal, drone, body, now)
+    elif isinstance(body, LandAt):
+        order = land_at_order(drone, body, now)
     else:
         order = order_of(body, Vehicle.of(drone, now))
     sent = [step.work for step in order.steps if step.skip is None or not step.skip()]
@@ -121,5 +132,6 @@ async def command_drone(
     operation = begin(hub, principal, drone, order, address)
     if following is not None:
         hub.follows.began(operation, following)
-        prefer = ASYNC  # it runs until something ends it
+    if following is not None or isinstance(body, LandAt):
+        prefer = ASYNC  # it runs until something ends it, or until the drone has arrived
     return await answer(operation, response, prefer)

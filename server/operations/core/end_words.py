@@ -14,6 +14,11 @@ def overruled_words(operation: Operation) -> str:
     return f"It was stopped after this step: {step}. The rest was not sent because a hold or another command came."
 
 
+def not_sent_words(operation: Operation, why: str) -> str:
+    """While the next step waited for its moment."""
+    return f"It was stopped before this step: {operation.step.phase}. {why}"
+
+
 def unknown_words(operation: Operation, what: str) -> str:
     """`what`: what the agent did instead of telling the end."""
     advice = ": check what is on board before you fly it" if operation.order.writes else ""

@@ -26,6 +26,7 @@ WorkName = Literal[
     "log_download",
     "follow",
     "follow_me",
+    "land_at",
     "agent_update",
     "signing",
     "controller",
@@ -77,15 +78,28 @@ the kind of command."""
 
 
 @dataclass(frozen=True)
+class Wait:
+    """Why a step is not sent yet: `phase`, for people, and `done` of `total`. `failed`: why it will not be sent, in a
+    sentence; then the operation has failed."""
+
+    phase: str = ""
+    done: int = 0
+    total: int = 0
+    failed: str = ""
+
+
+@dataclass(frozen=True)
 class Step:
     """One transaction. `phase`: for people, while it runs; empty: the agent's own text. `skip`: whether it is
-    unnecessary when its turn comes. `item`: the plan item whose effect it sets again before the mission flies."""
+    unnecessary when its turn comes. `item`: the plan item whose effect it sets again before the mission flies. `waits`:
+    gets the time several times a second before the step is sent, until it returns None."""
 
     work: Work
     deadline_s: float
     phase: str = ""
     skip: Callable[[], bool] | None = None
     item: int | None = None
+    waits: Callable[[float], Wait | None] | None = None
 
 
 ResultText = Callable[[Step, Outcome, str, bool | None], str]

@@ -11,7 +11,8 @@ Rules, each tested:
   answer.
 - A command that the autopilot still works on has longer, within a bound: the agent reports progress meanwhile.
 - All steps of an operation are sent under the epoch of its beginning, and none after the controls changed hands, the
-  drone was made to hold, or another flight command came.
+  drone was made to hold, or another flight command came. The same ends an operation whose next step waits for its
+  moment, at once.
 - Bounded: a number at a time per lane of a drone, and 1,000 ended ones, for an hour at most.
 """
 
@@ -26,7 +27,7 @@ from server.live import live_messages as live
 from server.live.hub_events import TurnRequested
 from server.live.live_drone import LiveDrone
 from server.live.live_state import LiveState
-from server.operations.core.end_words import moved_words, overruled_words, unknown_words
+from server.operations.core.end_words import moved_words, not_sent_words, overruled_words, unknown_words
 from server.operations.core.kept_operations import KeptOperations
 from server.operations.core.onboard_reports import OnboardReport, OnboardReports
 from server.operations.core.onboard_state import checked_plan
@@ -82,6 +83,8 @@ class OperationService:
         self._last_id = int(clock().timestamp()) & 0xFFFFFFFF
         self._running: dict[int, Operation] = {}
         """By the transaction that runs."""
+        self._waiting: dict[int, Operation] = {}
+        """Those whose next step waits for its moment, by their own id."""
         self._kept = KeptOperations()
         self._tables = TableFetching(state, self._fetch_table)
         self._onboard = OnboardReports(clock, self._tables, reads_parameters=self._reads_parameters)
@@ -118,6 +121,9 @@ class OperationService:
         """Asks the agent to stop it; the end still comes from there. Harmless after the end."""
         if not operation.running:
             return
+        if operation.id in self._waiting:
+            self._end(operation, State.CANCELLED, not_sent_words(operation, "It was cancelled."))
+            return
         operation.cancelling = True
         operation.phase = STOPPING
         link = operation.link
@@ -131,7 +137,8 @@ class OperationService:
 
     def running_at(self, drone_id: DroneId, lane: Lane) -> list[Operation]:
         """What this drone does there at the moment."""
-        return [one for one in self._running.values() if one.drone_id == drone_id and one.order.lane is lane]
+        there = (*self._running.values(), *self._waiting.values())
+        return [one for one in there if one.drone_id == drone_id and one.order.lane is lane]
 
     def transaction(self, drone_id: DroneId, transaction_id: int) -> Operation | None:
         """The operation whose transaction this drone runs."""
@@ -161,8 +168,10 @@ class OperationService:
         self._now = now
         for operation in list(self._running.values()):
             self._check(operation, now)
+        for operation in list(self._waiting.values()):
+            self._check_waiting(operation, now)
         self._tables.tick(now)
-        self._kept.forget_old(now, running=len(self._running))
+        self._kept.forget_old(now, running=len(self._running) + len(self._waiting))
 
     # -- inside ----------------------------------------------------------------------------------------------
 
@@ -220,7 +229,8 @@ class OperationService:
             there = [one for one in there if one.order.writes == order.writes]
         if order.overrules and len(there) >= MAX_RUNNING[order.lane]:
             self.cancel(there[0])
-            self._end(there[0], State.CANCELLED, unknown_words(there[0], "got other commands before it answered"))
+            if there[0].running:
+                self._end(there[0], State.CANCELLED, unknown_words(there[0], "got other commands before it answered"))
         elif len(there) >= MAX_RUNNING[order.lane]:
             busy = there[0]
             who = f" for {busy.by.name}" if busy.by else ""
@@ -231,33 +241,71 @@ class OperationService:
         return [one for one in self.running_at(drone.drone_id, lane) if one.by is not None]
 
     def _send_next(self, operation: Operation, link: AgentLink, now: float) -> bool:
-        """Whether there was another step."""
+        """Whether there was another step. It may have to wait."""
         steps = operation.order.steps
         while operation.next_step < len(steps):
             step = steps[operation.next_step]
             operation.next_step += 1
             if step.skip is not None and step.skip():
                 continue
-            self._last_id = (self._last_id + 1) & 0xFFFFFFFF
-            operation.transaction_id = self._last_id
-            operation.deadline = now + step.deadline_s
-            operation.latest = operation.deadline + (MAX_EXTENDED_S if isinstance(step.work, CommandWork) else 0.0)
-            operation.phase, operation.done, operation.total = step.phase, 0, 0
-            self._running[operation.transaction_id] = operation
-            link.post(
-                Transaction(
-                    id=operation.transaction_id,
-                    epoch=operation.epoch,
-                    sent_ms=stamp_ms(now),
-                    deadline_s=step.deadline_s,
-                    work=step.work,
-                    trace=operation.request_id,
-                )
-            )
-            self.on_ordered(operation)
-            self._notify(operation)
+            if step.waits is None:
+                self._send(operation, link, now)
+            else:
+                self._waiting[operation.id] = operation
             return True
         return False
+
+    def _send(self, operation: Operation, link: AgentLink, now: float) -> None:
+        step = operation.step
+        self._last_id = (self._last_id + 1) & 0xFFFFFFFF
+        operation.transaction_id = self._last_id
+        operation.deadline = now + step.deadline_s
+        operation.latest = operation.deadline + (MAX_EXTENDED_S if isinstance(step.work, CommandWork) else 0.0)
+        operation.phase, operation.done, operation.total = step.phase, 0, 0
+        self._running[operation.transaction_id] = operation
+        link.post(
+            Transaction(
+                id=operation.transaction_id,
+                epoch=operation.epoch,
+                sent_ms=stamp_ms(now),
+                deadline_s=step.deadline_s,
+                work=step.work,
+                trace=operation.request_id,
+            )
+        )
+        self.on_ordered(operation)
+        self._notify(operation)
+
+    def _check_waiting(self, operation: Operation, now: float) -> None:
+        """Sends the step whose moment has come, or ends the operation: then nothing more is sent."""
+        drone, waits = self._state.drones.get(operation.drone_id), operation.step.waits
+        assert waits is not None
+        if drone is None:
+            self._end(operation, State.FAILED, "The drone has been removed.")
+            return
+        if drone.lease.epoch != operation.epoch or drone.fenced:
+            self._end(operation, State.CANCELLED, not_sent_words(operation, "The controls changed hands."))
+            return
+        if drone.commanded != operation.commanded:
+            self._end(operation, State.CANCELLED, not_sent_words(operation, "A hold or another command came."))
+            return
+        link, assistant = drone.link, drone.lease.assistant
+        if link is not None and is_another_agent(operation.link, link):
+            self._end(operation, State.FAILED, not_sent_words(operation, "Its agent was started again."))
+            return
+        wait = waits(now)
+        if wait is not None and wait.failed:
+            self._end(operation, State.FAILED, not_sent_words(operation, wait.failed))
+            return
+        if operation.by is not None and assistant is not None and operation.by.id == assistant.id:
+            drone.turn.asks(now)
+        if wait is None and link is not None and link.has_channel:
+            del self._waiting[operation.id]
+            operation.link = link
+            self._send(operation, link, now)
+        elif wait is not None and (wait.phase, wait.done) != (operation.phase, operation.done):
+            operation.phase, operation.done, operation.total = wait.phase, wait.done, wait.total
+            self._notify(operation)
 
     def _of(self, drone: LiveDrone, transaction_id: int, link: AgentLink) -> Operation | None:
         operation = self._running.get(transaction_id)
@@ -323,6 +371,7 @@ class OperationService:
     def _end(self, operation: Operation, state: State, words: str) -> None:
         if self._running.get(operation.transaction_id) is operation:
             del self._running[operation.transaction_id]
+        self._waiting.pop(operation.id, None)
         operation.state, operation.words, operation.phase = state, words, ""
         operation.ended_at = self._clock()
         operation.link, operation.link_lost = None, False

@@ -64,7 +64,7 @@ class PlanKeptView(BaseModel):
 def keeping_for(drone: LiveDrone) -> KeptFields:
     """Raises NotKnownYet before a heartbeat."""
     if drone.heartbeat is None:
-        raise NotKnownYet(f"no heartbeat yet from the autopilot of {drone.record.name} yet")
+        raise NotKnownYet(f"no heartbeat yet from the autopilot of {drone.record.name}")
     body = payload(drone.heartbeat).ljust(_HEARTBEAT.size, b"\0")
     _, vehicle_type, autopilot, _, _, _ = _HEARTBEAT.unpack_from(body)
     return keeping_of(autopilot, vehicle_type, drone.firmware)

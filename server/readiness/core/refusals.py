@@ -7,8 +7,8 @@ class PreflightIncomplete(Refusal):
     """Own lines that the request does not confirm."""
 
     def __init__(self, name: str, missing: int) -> None:
-        lines = "1 own line" if missing == 1 else f"{missing} own lines"
-        super().__init__(f"confirm every own line first: {lines} of {name} left")
+        items = "1 item" if missing == 1 else f"{missing} items"
+        super().__init__(f"confirm every item of the checklist of {name} first: {items} left")
 
 
 class SignsForPilot(Refusal):
@@ -18,7 +18,7 @@ class SignsForPilot(Refusal):
 
 class NotYourChecklist(Refusal):
     def __init__(self) -> None:
-        super().__init__("owners and admins change the lines of a drone, admins those of a kind")
+        super().__init__("owners and admins change the checklist of a drone, admins that of a kind")
 
 
 class NoSuchKind(Refusal):

@@ -45,7 +45,7 @@ def test_the_controls_come_and_are_taken(view: ControlView) -> None:
     assert taken == ["you do NOT have the controls of Kestrel"]
     assert not view.has_controls
     said = reported(view, type="control", drone_id=3, event="taken", epoch=2, holder=ROOT, by=ROOT, reason="gusts")
-    assert said == ["Root took the controls: gusts"]
+    assert said == ["Root took control: gusts"]
 
 
 def test_an_offer_says_what_to_do(view: ControlView) -> None:

@@ -97,7 +97,7 @@ def test_the_report_says_what_happened_in_order() -> None:
         "alice: take-off to 40 m (running)",
         "alice: take-off to 40 m (accepted)",
         "alice moves the sticks",
-        f'{BOSS["name"]} TOOK the controls of Kestrel "A&B": airspace closed; {BOSS["name"]} has the controls',
+        f'{BOSS["name"]} TOOK control of Kestrel "A&B": airspace closed; {BOSS["name"]} has the controls',
         "Hold ordered (ordered by the tower): taken",
         "Hold confirmed by the autopilot: ALT_HOLD",
         "Alert opened: Battery low",

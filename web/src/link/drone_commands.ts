@@ -16,6 +16,9 @@ export type FollowCommand = Schemas['Follow'];
 /** The person's position; the live channel reports it from then on. */
 export type FollowMeCommand = Schemas['FollowMe'];
 
+/** Flies to a place and lands there. */
+export type LandAtCommand = Schemas['LandAt'];
+
 const COMMANDS = '/drones/{drone_id}/commands';
 
 function outcomeOf({ state, seen, words: said, item }: Operation): Outcome {
@@ -52,13 +55,17 @@ export const followLeader = (operations: Operations, droneId: number, command: F
 export const followPerson = (operations: Operations, droneId: number, command: FollowMeCommand): Promise<Operation> =>
   operations.start('POST', COMMANDS, { path: { drone_id: droneId }, body: command });
 
-/** Resolves to the operation as soon as the drone follows, or when the operation ends before that. */
-export function followsOrEnded(operations: Operations, id: string): Promise<Operation | null> {
+/** As `followLeader`: it ends when the drone lands at the place, or when something keeps it from landing there. */
+export const landAt = (operations: Operations, droneId: number, command: LandAtCommand): Promise<Operation> =>
+  operations.start('POST', COMMANDS, { path: { drone_id: droneId }, body: command });
+
+/** Resolves to the operation as soon as the drone follows or is on its way, or when it ends before that. */
+export function begunOrEnded(operations: Operations, id: string): Promise<Operation | null> {
   return new Promise((resolve) => {
     let stop: (() => void) | null = null;
     const look = (all: ReadonlyMap<string, Operation>): void => {
       const one = all.get(id) ?? null;
-      // The agent reports a duration only once it follows.
+      // A duration, or a distance, is reported only from then on.
       if (one && !isOver(one) && one.total === 0) return;
       resolve(one);
       stop?.();

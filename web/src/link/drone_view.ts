@@ -40,7 +40,7 @@ export function readDrone(raw: DroneOnWire): Drone {
 export const eitherSays = (one: boolean | null, other: boolean | null): boolean | null =>
   one === true || other === true ? true : (one ?? other);
 
-/** Whether this user may take the controls if they are free. */
+/** Whether this user may take free controls. */
 export function mayHaveControls(drone: Drone, user: Pick<User, 'id' | 'role'>): boolean {
   if (drone.relation !== undefined) return drone.relation !== 'observer' && drone.relation !== 'stranger';
   return (
@@ -50,8 +50,8 @@ export function mayHaveControls(drone: Drone, user: Pick<User, 'id' | 'role'>): 
   );
 }
 
-/** Whether this user may take up the controls now: they are free, and no admin has shut this user out. */
-export const mayTakeUp = (drone: Drone, user: Pick<User, 'id' | 'role'>): boolean =>
+/** Whether this user may take control now: the controls are free, and no admin has shut this user out. */
+export const mayTakeFree = (drone: Drone, user: Pick<User, 'id' | 'role'>): boolean =>
   drone.holder === null && drone.taken_from?.id !== user.id && mayHaveControls(drone, user);
 
 /**

@@ -9,11 +9,11 @@ export function controlWords({ event, holder, by, reason }: ControlEvent, drone:
   const now = holder ? t('{holder} has the controls', { holder: holder.name }) : t('nobody has the controls');
   switch (event) {
     case 'acquired':
-      return t('{who} took up the controls of {drone}', { who, drone });
+      return t('{who} took control of {drone}', { who, drone });
     case 'released':
       return t('{who} released the controls of {drone}', { who, drone });
     case 'taken':
-      return t('{who} TOOK the controls of {drone}{why}', { who, drone, why });
+      return t('{who} TOOK control of {drone}{why}', { who, drone, why });
     case 'given':
       return t('{who} gives back the controls of {drone}{why}', { who, drone, why });
     case 'accepted':

@@ -43,7 +43,7 @@ export class GoToTarget {
   async follow(command: DroneCommand, answer: Promise<Outcome>): Promise<Outcome> {
     const asked = BESIDE.has(command.command) ? this.#asked : ++this.#asked;
     const outcome = await answer;
-    if (command.command === 'goto' && isGood(outcome) && asked === this.#asked) {
+    if ((command.command === 'goto' || command.command === 'land_at') && isGood(outcome) && asked === this.#asked) {
       this.#target.set({ latDeg: command.lat, lonDeg: command.lon, altRelM: command.height_m });
     }
     return outcome;

@@ -207,7 +207,7 @@ export function readHold(hold: HoldView | null, context: HoldContext, nowMs: num
     tone: isSafe && hold.after_sticks !== 'sinks' ? 'good' : 'warning',
     title: ended(title),
     notes: notes.filter((note) => note !== ''),
-    badge: hold.stale ? t('Last told: {badge}', { badge: badge.charAt(0).toLowerCase() + badge.slice(1) }) : badge,
+    badge: hold.stale ? t('Last report: {badge}', { badge: badge.charAt(0).toLowerCase() + badge.slice(1) }) : badge,
     secondsLeft,
     said: ended(acts?.said ?? title),
     because,

@@ -16,11 +16,11 @@ export function worstState({ lines }: Pick<Preflight, 'lines'>): LineState {
   return ORDER.find((state) => lines.some((line) => line.state === state)) ?? 'good';
 }
 
-/** `2 not good, 1 not known`; empty if every line is good. */
+/** `2 not OK, 1 not known`; empty if every line is good. */
 export function openWords({ lines }: Pick<Preflight, 'lines'>): string {
   const count = (...states: LineState[]): number => lines.filter(({ state }) => states.includes(state)).length;
   const [open, unknown] = [count('bad', 'caution'), count('unknown')];
-  return [open > 0 ? t('{open} not good', { open }) : '', unknown > 0 ? t('{unknown} not known', { unknown }) : '']
+  return [open > 0 ? t('{open} not OK', { open }) : '', unknown > 0 ? t('{unknown} not known', { unknown }) : '']
     .filter(Boolean)
     .join(', ');
 }

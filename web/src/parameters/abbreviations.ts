@@ -3,7 +3,7 @@
  * (facts/*_families.ts). Only those that mean the same in every family.
  */
 
-const WORDS: Readonly<Record<string, string>> = {
+export const WORDS: Readonly<Record<string, string>> = {
   ACC: 'acceleration',
   ACCEL: 'acceleration',
   AIRSPD: 'airspeed',
@@ -147,12 +147,16 @@ const WORDS: Readonly<Record<string, string>> = {
   ZSCALE: 'scale in z',
 };
 
-/** `MAIN_FUNC3` becomes "main function 3". What is not known stays as it is, and a name of only that stays whole. */
-export function spelledOut(rest: string): string {
+/**
+ * `MAIN_FUNC3` becomes "main function 3". What is not known stays as it is, and a name of only that stays whole.
+ * `labels`: the words in another language.
+ */
+export function spelledOut(rest: string, labels: Readonly<Record<string, string>> = {}): string {
   const parts = rest.split('_').map((part) => {
     const [, letters = '', digits = ''] = /^(.*?)(\d*)$/.exec(part) ?? [];
     const word = WORDS[letters];
-    return word === undefined ? { text: part, isKnown: false } : { text: `${word} ${digits}`.trim(), isKnown: true };
+    if (word === undefined) return { text: part, isKnown: false };
+    return { text: `${labels[word] ?? word} ${digits}`.trim(), isKnown: true };
   });
   return parts.some(({ isKnown }) => isKnown) ? parts.map(({ text }) => text).join(' ') : rest;
 }

@@ -39,6 +39,18 @@ export interface Fact {
   readonly bits: readonly Choice[];
 }
 
+/**
+ * Titles in another language, by part: "Compass #: gate" is "Compass #" and "gate". The words of abbreviations.ts and
+ * the titles of the set-up's groups are among them. What has no translation stays English.
+ */
+export type Labels = Readonly<Record<string, string>>;
+
+export const inLabels = (title: string, labels: Labels): string =>
+  title
+    .split(': ')
+    .map((part) => labels[part] ?? part)
+    .join(': ');
+
 /** Unit, least, most, default, whether it needs a restart: for far more parameters than have a text. */
 export type Numbers = readonly [string, number | null, number | null, number | null, boolean];
 
@@ -49,6 +61,8 @@ export interface Facts {
   readonly numbers: ReadonlyMap<string, Numbers>;
   readonly choices: Lists;
   readonly bits: Lists;
+  /** Of the titles, which are in this language already, and of what replaces `*` in them. */
+  readonly labels?: Labels;
   /** Better knowledge from another source, laid over these facts. */
   readonly overlay?: (known: Fact | null, name: string) => Fact | null;
 }
@@ -113,12 +127,17 @@ export function readFacts(source: string): ReadonlyMap<string, Fact> {
 }
 
 /** `words`: the lines of readFacts. Throws a RangeError for a line that does not match the format. */
-export function factsOf(words: string, metadata: Metadata): Facts {
+export function factsOf(words: string, metadata: Metadata, labels: Labels = {}): Facts {
   const lists = metadata.lists.map(readChoices);
   const listed = (names: Readonly<Record<string, number>>): Lists =>
     new Map(Object.entries(names).map(([name, at]) => [name, lists[at]!]));
+  const titled = [...readFacts(words)].map(([name, fact]): [string, Fact] => [
+    name,
+    { ...fact, title: inLabels(fact.title, labels) },
+  ]);
   return {
-    words: readFacts(words),
+    words: new Map(titled),
+    labels,
     numbers: new Map(Object.entries(metadata.numbers)),
     choices: listed(metadata.choices),
     bits: listed(metadata.bits),
@@ -232,7 +251,7 @@ function ownFactOf(facts: Facts, name: string): Fact | null {
   const hasRange = least !== null || most !== null;
   return withOpenness(name, {
     ...words,
-    title: filled(words.title, spelledOut(rest)),
+    title: filled(words.title, spelledOut(rest, facts.labels)),
     text: filled(words.text, rest),
     unit: unit || words.unit,
     least: hasRange ? least : words.least,

@@ -98,8 +98,8 @@ const param = (at: 0 | 1 | 2 | 3, name: string, unit: ParamUnit, rest: Partial<P
 });
 
 /** Zero means the autopilot's own value. */
-const HOLD = param(0, t('Wait there'), 's', { least: 0, most: 65_535 });
-const REACHED = param(1, t('Reached within'), 'm', { least: 0, most: 1_000 });
+const HOLD = param(0, t('Wait at the waypoint'), 's', { least: 0, most: 65_535 });
+const REACHED = param(1, t('Acceptance radius'), 'm', { least: 0, most: 1_000 });
 const YAW = param(3, t('Heading'), 'deg', { least: -360, most: 360, mayBeOpen: true, initial: null });
 const RADIUS = param(2, t('Radius, negative: counter-clockwise'), 'm', { least: -10_000, most: 10_000 });
 
@@ -123,7 +123,7 @@ const SPECS: readonly CommandSpec[] = [
     CMD.WAYPOINT,
     t('Waypoint'),
     'needed',
-    [HOLD, REACHED, param(2, t('Pass by at'), 'm', { least: -1_000, most: 1_000 }), YAW],
+    [HOLD, REACHED, param(2, t('Pass at distance'), 'm', { least: -1_000, most: 1_000 }), YAW],
     GOES,
   ),
   spec(CMD.SPLINE_WAYPOINT, t('Spline waypoint'), 'needed', [HOLD], GOES),
@@ -154,10 +154,10 @@ const SPECS: readonly CommandSpec[] = [
     GOES,
   ),
   spec(CMD.RETURN, t('Return'), 'none'),
-  spec(CMD.LOITER_UNLIMITED, t('Loiter, unlimited'), 'here-if-none', [RADIUS, YAW], GOES),
+  spec(CMD.LOITER_UNLIMITED, t('Loiter (unlimited)'), 'here-if-none', [RADIUS, YAW], GOES),
   spec(
     CMD.LOITER_TURNS,
-    t('Loiter, turns'),
+    t('Loiter (turns)'),
     'here-if-none',
     // One byte each where an autopilot packs its items.
     [param(0, t('Turns'), '', { least: 0.1, most: 255, initial: 1 }), RADIUS],
@@ -165,7 +165,7 @@ const SPECS: readonly CommandSpec[] = [
   ),
   spec(
     CMD.LOITER_TIME,
-    t('Loiter, time'),
+    t('Loiter (time)'),
     'here-if-none',
     [param(0, t('Time'), 's', { least: 0, most: 65_535, initial: 10 }), RADIUS],
     GOES,
@@ -177,10 +177,10 @@ const SPECS: readonly CommandSpec[] = [
     param(2, t('Minute, -1: any'), '', { least: -1, most: 59, whole: true, initial: -1 }),
     param(3, t('Second, -1: any'), '', { least: -1, most: 59, whole: true, initial: -1 }),
   ]),
-  spec(CMD.CONDITION_DELAY, t('Delay, time'), 'none', [
+  spec(CMD.CONDITION_DELAY, t('Delay (time)'), 'none', [
     param(0, t('Time'), 's', { least: 0, most: 65_535, initial: 5 }),
   ]),
-  spec(CMD.CONDITION_DISTANCE, t('Delay, distance'), 'none', [
+  spec(CMD.CONDITION_DISTANCE, t('Delay (distance)'), 'none', [
     param(0, t('Distance to the next waypoint'), 'm', { least: 0, most: 100_000, initial: 10 }),
   ]),
   spec(CMD.CONDITION_YAW, t('Heading'), 'none', [
@@ -233,7 +233,7 @@ const SPECS: readonly CommandSpec[] = [
   ),
   spec(
     CMD.ROI_LOCATION,
-    t('Look at'),
+    t('Look at (ROI)'),
     'needed',
     [param(0, t('Gimbal, 0: all'), '', { least: 0, most: 255, whole: true })],
     {
@@ -242,7 +242,7 @@ const SPECS: readonly CommandSpec[] = [
   ),
   spec(
     CMD.ROI,
-    t('Look at (legacy)'),
+    t('Look at (ROI, legacy)'),
     'here-if-none',
     [
       param(0, t('Target'), '', {
@@ -263,10 +263,10 @@ const SPECS: readonly CommandSpec[] = [
   spec(CMD.ROI_NONE, t('Look ahead'), 'none', [
     param(0, t('Gimbal, 0: all'), '', { least: 0, most: 255, whole: true }),
   ]),
-  spec(CMD.TRIGGER_DISTANCE, t('Camera, by distance'), 'none', [
+  spec(CMD.TRIGGER_DISTANCE, t('Camera trigger by distance'), 'none', [
     param(0, t('Distance, 0: stop'), 'm', { least: 0, most: 10_000, initial: 20 }),
     param(1, t('Shutter, milliseconds'), '', { least: -1, most: 60_000, mayBeOpen: true }),
-    param(2, t('First picture at once'), '', {
+    param(2, t('First photo at once'), '', {
       choices: [
         [0, t('no')],
         [1, t('yes')],
@@ -275,19 +275,19 @@ const SPECS: readonly CommandSpec[] = [
     param(3, t('Camera, 0: all'), '', { least: 0, most: 255, whole: true, mayBeOpen: true }),
   ]),
   // x triggers the picture.
-  spec(CMD.CAMERA_SHOT, t('Camera, single picture'), 'none', [], { raw: { x: 1 } }),
-  spec(CMD.IMAGE_START, t('Camera, picture series'), 'none', [
+  spec(CMD.CAMERA_SHOT, t('Take one photo'), 'none', [], { raw: { x: 1 } }),
+  spec(CMD.IMAGE_START, t('Take photos'), 'none', [
     param(0, t('Camera, 0: all'), '', { least: 0, most: 255, whole: true }),
     param(1, t('Interval'), 's', { least: 0, most: 65_535 }),
     param(2, t('Count, 0: until stopped'), '', { least: 0, most: 65_535, whole: true, initial: 1 }),
     param(3, t('First number'), '', { least: 0, most: 65_535, whole: true, mayBeOpen: true }),
   ]),
-  spec(CMD.IMAGE_STOP, t('Camera, stop series'), 'none', [
+  spec(CMD.IMAGE_STOP, t('Stop taking photos'), 'none', [
     param(0, t('Camera, 0: all'), '', { least: 0, most: 255, whole: true }),
   ]),
   spec(CMD.VIDEO_START, t('Record video'), 'none', [
     param(0, t('Stream, 0: all'), '', { least: 0, most: 255, whole: true }),
-    param(1, t('Reports a second'), '', { least: 0, most: 100 }),
+    param(1, t('Reports per second'), '', { least: 0, most: 100 }),
   ]),
   spec(CMD.VIDEO_STOP, t('Stop recording'), 'none', [
     param(0, t('Stream, 0: all'), '', { least: 0, most: 255, whole: true }),

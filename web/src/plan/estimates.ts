@@ -118,7 +118,7 @@ export function estimate(plan: Plan, figures: FlightFigures, path: FlownPath = f
   if (order.ending === 'for-ever')
     notes.add(t('The mission goes round for ever: the figures are for the first time round.'));
   if (order.ending === 'waits')
-    notes.add(t('The mission ends waiting for a word: the way home is not in the figures.'));
+    notes.add(t('The mission ends waiting for a command: the way home is not in the figures.'));
   if (order.ending === 'too-long') notes.add(t('The mission jumps too often to be followed to its end.'));
   if (!plan.home) notes.add(t('There is no home: the ways from it and back to it are not in the figures.'));
   return {

@@ -169,7 +169,7 @@ function checkCourse(plan: Plan, path: FlownPath, addFinding: AddFinding): void 
   if (dead >= 0 && ending !== 'too-long') addFinding('warning', dead, t('is never reached.'));
   const end = last === null ? undefined : items[last];
   if (ending === 'ends' && end && !isEnd(end.command)) {
-    addFinding('warning', last, t('is the last: the drone stays there, in the air, until somebody says otherwise.'));
+    addFinding('warning', last, t('is the last: the drone stays there, in the air, until somebody commands it.'));
   }
 }
 

@@ -5,7 +5,7 @@ import { overlay } from '../console_overlays.svelte';
 import { say } from '../design/toasts';
 import { commanded, shell } from '../flight_shell.svelte';
 import { t } from '../languages/text';
-import { mayTakeUp } from '../link/drone_view';
+import { mayTakeFree } from '../link/drone_view';
 import type { Vehicle } from '../link/vehicle';
 import type { User } from '../link/wire_types';
 import { wordsOf } from '../loading.svelte';
@@ -25,7 +25,7 @@ import {
   videosHref,
   zonesHref,
 } from '../route.svelte';
-import { takeUp } from '../take_up';
+import { takeControl } from '../take_control';
 import { tower } from '../tower.svelte';
 import { chooseTheme } from '../user_choices.svelte';
 import { holderWords, statusWords } from '../words/squad_words';
@@ -115,8 +115,8 @@ function ofDrone(vehicle: Vehicle, user: User, isOwn: boolean): SearchEntry[] {
           asked(() => release(drone)),
         ),
       );
-  } else if (mayTakeUp(drone, user)) {
-    found.push(command(t('Take up the controls of {name}', { name }), '', () => void takeUp(drone, tell)));
+  } else if (mayTakeFree(drone, user)) {
+    found.push(command(t('Take control of {name}', { name }), '', () => void takeControl(drone, tell)));
   }
   return found;
 }

@@ -22,7 +22,7 @@ export const FORMATION_WORDS: Record<FormationState, string> = {
   waiting: t('Waits for its turn'),
   going: t('Flies to its place'),
   following: t('Follows'),
-  ended: t('Follows no more'),
+  ended: t('No longer follows'),
   refused: t('Does not follow'),
   'not-reached': t('Not begun'),
 };
@@ -92,7 +92,7 @@ async function sendOff(
     report(answer('refused', cannot));
     return t('does not follow');
   }
-  report(answer('going', t('takes up the controls')));
+  report(answer('going', t('takes control')));
   let newest: Operation;
   try {
     if (drone!.holder?.id !== tower.user.id) await tower.acquire(droneId);

@@ -20,7 +20,7 @@ export type SquadAnswer = {
 
 export const SQUAD_ANSWER_WORDS: Record<SquadAnswer['kind'], string> = {
   waiting: t('Waits for its turn'),
-  working: t('At work'),
+  working: t('Busy'),
   done: t('Done'),
   refused: t('Not done'),
   'not-reached': t('Not begun'),
@@ -96,7 +96,7 @@ async function one(
   const why = whyNot(drone, tower.user);
   if (why) return answer('refused', why);
   const isOurs = drone.holder?.id === tower.user.id;
-  report(answer('working', isOurs ? '' : t('takes up the controls')));
+  report(answer('working', isOurs ? '' : t('takes control')));
   try {
     if (!isOurs) await tower.acquire(droneId);
   } catch (error) {

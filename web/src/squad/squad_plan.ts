@@ -105,7 +105,7 @@ export function squadPlan(members: readonly Member[], job: SquadJob, settings: S
     return none(
       plural(
         lost.length,
-        { one: 'Nobody knows where {lost} is.', other: 'Nobody knows where {lost} are.' },
+        { one: 'The position of {lost} is not known.', other: 'The positions of {lost} are not known.' },
         { lost: listWords(lost) },
       ),
     );

@@ -85,7 +85,7 @@ const NAMED: Readonly<Record<string, readonly [string, Show]>> = {
       isHidden: overGroundM === undefined,
     }),
   ],
-  'altitude-amsl': [t('Height above the sea'), of('height', ({ altAmslM }) => altAmslM)],
+  'altitude-amsl': [t('Height above sea level'), of('height', ({ altAmslM }) => altAmslM)],
   climb: [t('Climb'), of('climb', ({ climbMps }) => climbMps, [-5, 5])],
   speed: [t('Ground speed'), of('speed', ({ groundSpeedMps }) => groundSpeedMps, [0, 20])],
   heading: [t('Heading'), number(({ values }) => values.headingDeg, '°', 0, [0, 360])],
@@ -203,7 +203,7 @@ const NAMED: Readonly<Record<string, readonly [string, Show]>> = {
   roll: [t('Roll'), number(({ values }) => values.rollDeg, '°', 0, [-45, 45])],
   pitch: [t('Pitch'), number(({ values }) => values.pitchDeg, '°', 0, [-45, 45])],
   g: [
-    t('Load (G), from the bank'),
+    t('Load factor (g), from the bank angle'),
     number(
       ({ values: { rollDeg, pitchDeg } }) =>
         rollDeg === null || pitchDeg === null

@@ -59,7 +59,7 @@ export const itemOf = (id: string): ValueItem => ({ id, size: 'small', look: 'nu
 export const USUAL_LAYOUT: Layout = USUAL_IDS.map(itemOf);
 /** What the flight bar and the attitude indicator show. */
 const IN_BAR: ReadonlySet<string> = new Set([
-  ...['altitude', 'climb', 'speed', 'heading', 'battery', 'battery-left', 'distance-to-home', 'link'],
+  ...['mode', 'altitude', 'climb', 'speed', 'heading', 'battery', 'battery-left', 'distance-to-home', 'link'],
 ]);
 const LAYOUT_BESIDE_BAR: Layout = USUAL_LAYOUT.filter(({ id }) => !IN_BAR.has(id));
 export const NO_CHOICES: ValueChoices = { kinds: {}, saved: [] };

@@ -19,7 +19,7 @@ export function blockedWords({ drone, user, isConnected, isHeard, waitsFor }: Si
   if (!mayCommand(drone, user)) {
     const whose = drone.holder
       ? t('{holder} has the controls.', { holder: drone.holder.name })
-      : t('Take up the controls to fly.');
+      : t('Take control to fly.');
     if (drone.taken_from?.id !== user.id) return whose;
     return drone.offered
       ? t('{holder} gives you {drone} back: accept the controls first.', {

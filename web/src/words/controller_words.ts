@@ -29,7 +29,7 @@ export function startWords(name: string, start: ControllerStart, system: UnitSys
       distance: measured(system, 'distance', start.max_distance_m),
     }),
     t('It stays out of the tower’s zones, unless its agent is older than the tower.'),
-    t('Stop, Hold, any command, moved sticks and TAKE end it at once.'),
+    t('Stop, Hold, any command, moved sticks and an admin who takes control end it at once.'),
   ].join(' ');
 }
 

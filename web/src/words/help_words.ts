@@ -54,8 +54,8 @@ export const HELP: Record<Route['page'], PageHelp> = {
   control: {
     title: t('One drone'),
     sentences: [
-      t('Take up the controls, then arm and take off; the tower asks before each.'),
-      t('"Go to a place on the map" flies there. "Start manual" flies with a gamepad, keys or sticks on the screen.'),
+      t('Take control, then arm and take off: press and hold the button for a second.'),
+      t('"Go to a place on the map" flies there. "Fly by hand" flies with a gamepad, keys or sticks on the screen.'),
       t('The check before flight says what the drone would do if it lost the tower.'),
     ],
     keys: CONTROL_KEYS,
@@ -98,7 +98,7 @@ export const HELP: Record<Route['page'], PageHelp> = {
     title: t('Parameters'),
     sentences: [
       t('Search by name or by what a parameter does. A changed value waits until you write it.'),
-      t('Take up the controls to write. Compare with a file, the defaults or another drone.'),
+      t('Take control to write. Compare with a file, the defaults or another drone.'),
     ],
     keys: [{ key: '/', words: t('To the search') }],
   },
@@ -106,7 +106,7 @@ export const HELP: Record<Route['page'], PageHelp> = {
     title: t('Vehicle setup'),
     sentences: [
       t('Calibrate sensors and radio, test motors with the propellers off, and set modes, failsafes, fence and power.'),
-      t('Take up the controls first. The tower does none of it unless the drone is on the ground and disarmed.'),
+      t('Take control first. The tower does this only when the drone is on the ground and disarmed.'),
       t('A changed value waits until you write it.'),
     ],
     keys: [],

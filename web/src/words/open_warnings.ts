@@ -33,8 +33,8 @@ export function openWarnings({ preflight, lossCheck, alerts }: BeforeTakeOff): s
   if (preflight.signed === null && preflight.own.length > 0) {
     found.push(
       plural(preflight.own.length, {
-        one: '{n} line of the checklist is not confirmed.',
-        other: '{n} lines of the checklist are not confirmed.',
+        one: '{n} checklist item is not confirmed.',
+        other: '{n} checklist items are not confirmed.',
       }),
     );
   }

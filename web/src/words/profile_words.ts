@@ -8,7 +8,7 @@ export const PROFILE_CHOICES: Record<StreamProfile | 'auto', string> = {
   auto: t('As much as its link carries'),
   full: t('Everything'),
   thin: t('Less: for a weak link'),
-  minimal: t('Least: place, height, battery, mode'),
+  minimal: t('Minimum: position, height, battery, mode'),
 };
 
 /** One line on a drone that sends reduced telemetry; empty while it sends everything, or if unknown. */

@@ -28,7 +28,7 @@ export interface SetupSituation {
 export function setupBlockedWords({ drone, user, armed, isConnected, isKnown }: SetupSituation): string {
   if (!isConnected) return t('The connection to the tower is down.');
   if (!drone.online) return t('{drone} is offline.', { drone: drone.name });
-  if (!mayCommand(drone, user)) return t('Take up the controls of {drone} first.', { drone: drone.name });
+  if (!mayCommand(drone, user)) return t('Take control of {drone} first.', { drone: drone.name });
   if (!isKnown) return t('Not every one of them was read yet: {drone} is asked again.', { drone: drone.name });
   if (armed === null) return t('Whether {drone} is armed is not known.', { drone: drone.name });
   return armed ? t('{drone} is armed. Disarm it first.', { drone: drone.name }) : '';

@@ -10,7 +10,7 @@ import { UNKNOWN } from './format';
 
 const STATE_WORDS: Record<string, string> = {
   recording: t('Recording'),
-  finishing: t('Being made ready'),
+  finishing: t('Being prepared'),
   ready: t('Ready'),
   failed: t('Failed'),
 };

@@ -28,7 +28,7 @@ export function startQuestion(names: string, count: number, startEveryS: number,
   return {
     title: t('Start {names}?', { names }),
     text: t(
-      '{names} start their motors, take off and fly their missions, one {startEveryS} s after the other. Afterwards nobody has the controls: take up those of one to intervene, or press "Hold all".{warned}',
+      '{names} start their motors, take off and fly their missions, one {startEveryS} s after the other. Afterwards nobody has the controls: take control of one to intervene, or press "Hold all".{warned}',
       { names, startEveryS, warned },
     ),
     confirmLabel: t('Start {count}', { count }),

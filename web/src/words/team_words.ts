@@ -8,7 +8,7 @@ import type { Drone } from '../link/wire_types';
 export const ROLE_WORDS: Record<TeamRole, { readonly label: string; readonly does: string }> = {
   observer: { label: t('Observer'), does: t('watches') },
   operator: { label: t('Operator'), does: t('watches and flies') },
-  admin: { label: t('Team admin'), does: t('flies, takes controls, looks after the team') },
+  admin: { label: t('Team admin'), does: t('flies, takes control, looks after the team') },
 };
 
 /** What happens to the drones that a user flies when they lose access. */

@@ -81,7 +81,7 @@ export function videoWords(
 export const videoTaken = (drone: Pick<Drone, 'name' | 'holder'>): VideoSays =>
   says(
     t('The video of {drone} was taken too.', { drone: drone.name }),
-    t('{holder} took the controls without letting you watch the video. It comes back with them.', {
+    t('{holder} took control without letting you watch the video. It comes back with them.', {
       holder: drone.holder?.name ?? t('An admin'),
     }),
   );

@@ -16,7 +16,7 @@ export function heightWords({
   ceiling_m: ceiling = null,
   height_above: above,
 }: Zone): string {
-  const of = above === 'sea' ? ` ${t('above the sea')}` : '';
+  const of = above === 'sea' ? ` ${t('above sea level')}` : '';
   if (kind === 'height-limit') return t('at most {ceiling} m{of}', { ceiling, of });
   if (floor !== null && ceiling !== null) return t('{floor} to {ceiling} m{of}', { floor, ceiling, of });
   if (ceiling !== null) return t('up to {ceiling} m{of}', { ceiling, of });

@@ -6,7 +6,7 @@ import {
   mayHaveControls,
   mayStay,
   mayTake,
-  mayTakeUp,
+  mayTakeFree,
 } from '../../src/link/drone_view';
 import type { Drone, User } from '../../src/link/wire_types';
 import { A_DRONE } from './fakes';
@@ -76,6 +76,6 @@ describe('the controls may be taken up by', () => {
     ['an admin', {}, BOSS, true],
     ['no observer', { owners: [], relation: 'observer' }, PETE, false],
   ])('%s', (_, drone, user, may) => {
-    expect(mayTakeUp({ ...A_DRONE, ...drone }, user)).toBe(may);
+    expect(mayTakeFree({ ...A_DRONE, ...drone }, user)).toBe(may);
   });
 });

@@ -133,7 +133,7 @@ describe('what the agent told before its link broke', () => {
     const before = read({ stale: true }, NOW_MS + 12_000);
     expect(before.title).toBe('Kestrel should return in 12 s: nobody flies it.');
     expect(before.notes[0]).toBe('From the last report of its agent, 12 s ago: its link is down.');
-    expect(before.badge).toBe('Last told: should return in 12 s');
+    expect(before.badge).toBe('Last report: should return in 12 s');
     const after = read({ stale: true }, NOW_MS + 600_000);
     expect(after.title).toBe('Kestrel should be returning now: nobody flies it.');
     expect(after.notes[0]).toContain('10 min ago');

@@ -14,7 +14,7 @@ test('the worst line decides', () => {
 });
 
 test('what is open is counted in words', () => {
-  expect(openWords(lines('bad', 'caution', 'unknown', 'good'))).toBe('2 not good, 1 not known');
+  expect(openWords(lines('bad', 'caution', 'unknown', 'good'))).toBe('2 not OK, 1 not known');
   expect(openWords(lines('good'))).toBe('');
 });
 

@@ -93,12 +93,12 @@ describe('hold', () => {
     expect(socket().sent).toEqual([]);
   });
 
-  it('ends when an admin takes the controls', async () => {
+  it('ends when an admin takes control', async () => {
     const result = vehicle(1).sendHold();
     const boss = { id: 1, name: 'boss' };
     socket().says({ type: 'control', drone_id: 1, event: 'taken', epoch: 2, holder: boss, by: boss, reason: 'storm' });
     expect((await result).kind).toBe('failed');
-    expect(texts()).toContain('boss TOOK the controls of Heron: storm');
+    expect(texts()).toContain('boss TOOK control of Heron: storm');
   });
 });
 

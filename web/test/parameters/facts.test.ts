@@ -171,7 +171,7 @@ it.each(['ardupilot', 'px4'] as const)(
 it('says a value in words', async () => {
   const facts = await loadFacts('ardupilot');
   expect(meaningOf(factOf(facts, 'FLTMODE3'), 6)).toBe('Return');
-  expect(meaningOf(factOf(facts, 'FENCE_TYPE'), 3)).toBe('Greatest height, Circle around home');
+  expect(meaningOf(factOf(facts, 'FENCE_TYPE'), 3)).toBe('Maximum height, Circle around home');
   expect(meaningOf(factOf(facts, 'FENCE_TYPE'), 0)).toBe('none');
   expect(meaningOf(factOf(facts, 'WPNAV_SPEED'), 500)).toBe('');
   expect(unusualWords(factOf(facts, 'FENCE_ACTION'), 9)).toBe('This is none of the known choices.');

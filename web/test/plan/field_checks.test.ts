@@ -23,9 +23,9 @@ describe('the fields of an item', () => {
   );
 
   it.each<[string, PlanItem]>([
-    ['p1: Wait there: -1 s is outside of 0 to 65535 s.', item(CMD.WAYPOINT, { params: [-1, 0, 0, null] })],
+    ['p1: Wait at the waypoint: -1 s is outside of 0 to 65535 s.', item(CMD.WAYPOINT, { params: [-1, 0, 0, null] })],
     ['p4: Heading: 400 deg is outside of -360 to 360 deg.', item(CMD.WAYPOINT, { params: [0, 0, 0, 400] })],
-    ['p1: Wait there: a number is needed.', item(CMD.WAYPOINT, { params: [null, 0, 0, null] })],
+    ['p1: Wait at the waypoint: a number is needed.', item(CMD.WAYPOINT, { params: [null, 0, 0, null] })],
     ['p2: Hour (UTC), -1: any: a whole number is needed.', item(CMD.NAV_DELAY, { params: [-1, 2.5, 0, 0] })],
     [
       'p3: Direction: 2 is none of -1 (counter-clockwise), 0 (shortest), 1 (clockwise).',

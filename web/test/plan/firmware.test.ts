@@ -40,7 +40,7 @@ describe('the release of an ArduPilot', () => {
         .filter(({ severity }) => severity === 'error')
         .map((one) => one.words);
     expect(words(OLD)).toContain(
-      'Item 1 (Look at) is not a part of missions of ArduPilot 4.6.2; later releases have it.',
+      'Item 1 (Look at (ROI)) is not a part of missions of ArduPilot 4.6.2; later releases have it.',
     );
     expect(words(NEW).join()).not.toContain('is not a part');
     expect(isKnownTo(specOf(CMD.ROI)!, 'ardupilot')).toBe(true);

@@ -196,7 +196,7 @@ describe('the checks before an upload', () => {
       planOf([to(north(100)), up, back]),
     ],
     [
-      'warning: Item 2 (Waypoint) is the last: the drone stays there, in the air, until somebody says otherwise.',
+      'warning: Item 2 (Waypoint) is the last: the drone stays there, in the air, until somebody commands it.',
       planOf([up, to(north(100))]),
     ],
     ['warning: Item 3 (Waypoint) is never reached.', planOf([up, back, to(north(100))])],
@@ -211,7 +211,7 @@ describe('the checks before an upload', () => {
       planOf([up, to(north(9)), jump(40, 1), back]),
     ],
     [
-      'error: Item 2 (Loiter, turns) is not a part of missions of PX4.',
+      'error: Item 2 (Loiter (turns)) is not a part of missions of PX4.',
       planOf([up, item(CMD.LOITER_TURNS, north(9), { z: 25 }), back]),
       { autopilot: 'px4' },
     ],

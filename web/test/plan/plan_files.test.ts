@@ -296,7 +296,7 @@ describe('KML', () => {
         holes: [[spotOf(47.3982, 8.5462), spotOf(47.3982, 8.5464), spotOf(47.3984, 8.5464)]],
       },
     ]);
-    expect(dropped).toEqual(['Pictures laid over the map are left out.']);
+    expect(dropped).toEqual(['Image overlays on the map are left out.']);
   });
 });
 

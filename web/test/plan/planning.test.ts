@@ -172,7 +172,7 @@ describe('an item in words', () => {
     const plan = add(EMPTY_PLAN, CMD.WAYPOINT, CMD.CHANGE_SPEED, CMD.TRIGGER_DISTANCE, CMD.LOITER_TIME, CMD.SET_RELAY);
     const waits = { ...plan.items[0]!, params: [12, 0, 0, null] as const };
     expect(itemWords(plan, plan.items[0]!, units)).toBe('');
-    expect(itemWords(plan, waits, units)).toBe('wait there 12 s');
+    expect(itemWords(plan, waits, units)).toBe('wait at the waypoint 12 s');
     expect(wordsOf(plan, 1)).toBe('5 m/s');
     expect(wordsOf(plan, 2)).toBe('every 20 m');
     expect(wordsOf(plan, 3)).toBe('10 s');

@@ -269,7 +269,7 @@ it('names repeated places, short lines, links and models', () => {
       'A line with fewer than two places is left out.',
       'A shape of the kind "Model" is left out.',
       'What the file only links to is left out: save it from there.',
-      'Pictures laid over the map are left out.',
+      'Image overlays on the map are left out.',
     ],
   });
 });

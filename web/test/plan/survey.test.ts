@@ -156,8 +156,8 @@ describe('a grid', () => {
     ['distance between lines', good, { spacingM: 0 }],
     ['distance between lines', good, { spacingM: NaN }],
     ['2000 are the most', good, { spacingM: 0.01 }],
-    ['way to turn in', good, { turnaroundM: -1 }],
-    ['distance between pictures', good, { triggerM: 0 }],
+    ['turnaround distance', good, { turnaroundM: -1 }],
+    ['distance between photos', good, { triggerM: 0 }],
   ])('that cannot be is refused in words: %s', (words, area, change) => {
     expect(() => surveyItems(area, { ...GRID, ...change })).toThrow(SurveyFault);
     expect(() => surveyItems(area, { ...GRID, ...change })).toThrow(words);
@@ -267,7 +267,7 @@ describe('a corridor', () => {
     expect(() => corridorLanes([line[0]!, line[0]!], settings)).toThrow('two different places');
     expect(() => corridorLanes(line, { ...settings, spacingM: 0 })).toThrow('above 0');
     expect(() => corridorLanes(line, { ...settings, widthM: 1e6 })).toThrow('2000 are the most');
-    expect(() => corridorItems(line, { ...settings, triggerM: -1 })).toThrow('distance between pictures');
+    expect(() => corridorItems(line, { ...settings, triggerM: -1 })).toThrow('distance between photos');
   });
 });
 

@@ -43,7 +43,7 @@ describe('the index of a flight', () => {
       '13 alice: rtl (accepted)',
       '14 alice: plan to the drone (no room)',
       '15 alice moves the sticks',
-      '20 admin TOOK the controls of Heron: airspace',
+      '20 admin TOOK control of Heron: airspace',
       '20.1 Hold ordered (ordered by the tower: taken)',
       '21 Hold NOT CONFIRMED: no answer',
       '22 The sticks of alice rest',

@@ -60,5 +60,6 @@ it('takes a proxy without a tower for no tower, and an error of the tower for an
 
 it('knows the catalogues of languages, which are kept only when they were used', () => {
   expect(isCatalogue('assets/portuguese-DbBB99ic.js')).toBe(true);
+  expect(isCatalogue('assets/portuguese_labels-DbBB99ic.js')).toBe(true);
   expect(['assets/Console-DMOmoEbD.js', 'assets/portuguese-a/b.js', 'portuguese-a.js'].some(isCatalogue)).toBe(false);
 });

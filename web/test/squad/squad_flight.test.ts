@@ -102,7 +102,7 @@ describe('a job at several drones', () => {
     expect(world.log).toEqual([1, 2, 3].flatMap((id) => [`acquire ${id}`, `work ${id}`, `release ${id}`]));
     expect(world.answers.get(2)!.map(({ kind, why, done, total }) => [kind, why, done, total])).toEqual([
       ['waiting', '', 0, 0],
-      ['working', 'takes up the controls', 0, 0],
+      ['working', 'takes control', 0, 0],
       ['working', 'writing', 3, 9],
       ['done', 'The mission is on board.', 1, 1],
     ]);

@@ -138,7 +138,12 @@ describe('no plan', () => {
   it.each([
     ['without drones', [], FIELD, ''],
     ['without an area', THREE, FIELD.slice(0, 2), ''],
-    ['where nobody knows where one is', [member(1), member(2, null, 'Kite')], FIELD, 'Nobody knows where Kite is.'],
+    [
+      'where nobody knows where one is',
+      [member(1), member(2, null, 'Kite')],
+      FIELD,
+      'The position of Kite is not known.',
+    ],
     [
       'for more than can be',
       Array.from({ length: MAX_MEMBERS + 1 }, (_, id) => member(id)),

@@ -23,7 +23,7 @@ describe('why nothing can be commanded', () => {
   it.each<[string, Partial<Situation>]>([
     ['The connection to the tower is down', { isConnected: false }],
     ['is offline', { drone: { ...MINE, online: false } }],
-    ['Take up the controls', { drone: A_DRONE }],
+    ['Take control', { drone: A_DRONE }],
     ['boss has the controls.', { drone: { ...A_DRONE, holder: BOSS } }],
     ['They were taken from you', { drone: { ...A_DRONE, holder: BOSS, taken_from: OLGA } }],
     ['accept the controls first', { drone: { ...A_DRONE, holder: BOSS, taken_from: OLGA, offered: true } }],

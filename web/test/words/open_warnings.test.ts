@@ -36,9 +36,7 @@ describe('what is open before take-off', () => {
 
   it('has the lines that nobody has confirmed, until they are signed', () => {
     const own = [{ text: 'Propellers', of: 'drone' as const }];
-    expect(read({ preflight: { lines: [], own, signed: null } })).toEqual([
-      '1 line of the checklist is not confirmed.',
-    ]);
+    expect(read({ preflight: { lines: [], own, signed: null } })).toEqual(['1 checklist item is not confirmed.']);
     const signed = { by: { id: 1, name: 'anna' }, at: '', weather: '' } as never;
     expect(read({ preflight: { lines: [], own, signed } })).toEqual([]);
   });

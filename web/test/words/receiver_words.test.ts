@@ -30,7 +30,7 @@ describe('why it cannot be set now', () => {
   it.each<[string, Partial<SetupSituation>]>([
     ['connection', { isConnected: false }],
     ['offline', { drone: { ...MINE, online: false }, armed: null }],
-    ['Take up the controls of Heron', { drone: A_DRONE }],
+    ['Take control of Heron', { drone: A_DRONE }],
     ['was read yet', { isKnown: false }],
     ['not known', { armed: null }],
     ['Disarm it first', { armed: true }],

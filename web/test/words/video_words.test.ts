@@ -100,7 +100,7 @@ describe('the figures in words', () => {
   it('a video that was taken is said to be whose, and by whom', () => {
     const holder = { id: 2, name: 'root' };
     expect(videoTaken({ name: 'Heron', holder })).toMatchObject({ title: expect.stringContaining('Heron') as string });
-    expect(videoTaken({ name: 'Heron', holder }).detail).toContain('root took the controls');
-    expect(videoTaken({ name: 'Heron', holder: null }).detail).toContain('An admin took the controls');
+    expect(videoTaken({ name: 'Heron', holder }).detail).toContain('root took control');
+    expect(videoTaken({ name: 'Heron', holder: null }).detail).toContain('An admin took control');
   });
 });

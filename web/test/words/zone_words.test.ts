@@ -24,7 +24,7 @@ describe('a zone in words', () => {
   it('says its heights', () => {
     expect(heightWords(ZONE)).toBe('all heights');
     expect(heightWords({ ...ZONE, ceiling_m: 50 })).toBe('up to 50 m');
-    expect(heightWords({ ...ZONE, floor_m: 20, height_above: 'sea' })).toBe('from 20 m above the sea');
+    expect(heightWords({ ...ZONE, floor_m: 20, height_above: 'sea' })).toBe('from 20 m above sea level');
     expect(heightWords({ ...ZONE, floor_m: 20, ceiling_m: 50 })).toBe('20 to 50 m');
     expect(heightWords({ ...ZONE, kind: 'height-limit', ceiling_m: 50 })).toBe('at most 50 m');
   });

@@ -72,6 +72,16 @@ class GoTo(_Command):
     heading_deg: Heading | None = None
 
 
+class LandAt(_Command):
+    """Flies there as `goto` does, and lands there once it has arrived."""
+
+    command: Literal["land_at"]
+    lat: Latitude
+    lon: Longitude
+    height_m: Height
+    speed_m_s: Speed | None = None
+
+
 class Simple(_Command):
     """`hold`: stays in place without sticks. `resume`: continues what was paused, else the mission."""
 
@@ -332,4 +342,4 @@ OneOff = (
 )
 """Over when the autopilot has accepted it, and its telemetry shows it or has had the time to."""
 
-FlightCommand = Annotated[OneOff | Follow | FollowMe, Field(discriminator="command")]
+FlightCommand = Annotated[OneOff | LandAt | Follow | FollowMe, Field(discriminator="command")]

@@ -81,7 +81,7 @@ class Vehicle:
         """Raises NotKnownYet before a heartbeat, NotKnownHow of a vehicle that has no profile."""
         name = drone.record.name
         if drone.heartbeat is None:
-            raise NotKnownYet(f"no heartbeat yet from the autopilot of {name} yet")
+            raise NotKnownYet(f"no heartbeat yet from the autopilot of {name}")
         body = payload(drone.heartbeat).ljust(_HEARTBEAT.size, b"\0")
         custom_mode, vehicle_type, autopilot = _HEARTBEAT.unpack_from(body)
         profile = registry.of(autopilot, vehicle_type)

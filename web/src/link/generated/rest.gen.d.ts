@@ -3080,7 +3080,7 @@ export interface components {
             readonly signing: components["schemas"]["Signing"];
             /** @description Impossible motion of the armed drone in the last minute */
             readonly suspicious_motion: ("jump" | "speed" | "height" | "course") | null;
-            /** @description The operator from whom an admin took the controls; shut out until they are given back */
+            /** @description The operator from whom an admin took control; shut out until it is given back */
             readonly taken_from: components["schemas"]["UserRefView"] | null;
             /** @description Its team; null: none, or not visible to you */
             readonly team: components["schemas"]["TeamRefView"] | null;
@@ -3564,6 +3564,19 @@ export interface components {
         readonly LagView: {
             readonly now: number;
             readonly worst_60s: number;
+        };
+        /** @description Flies there as `goto` does, and lands there once it has arrived. */
+        readonly LandAt: {
+            /**
+             * @description discriminator enum property added by openapi-typescript
+             * @enum {string}
+             */
+            readonly command: "land_at";
+            /** @description Above home */
+            readonly height_m: number;
+            readonly lat: number;
+            readonly lon: number;
+            readonly speed_m_s?: number | null;
         };
         /** @description What the autopilot did when the tower heard it last. */
         readonly LastHeardView: {
@@ -4129,7 +4142,7 @@ export interface components {
             /** @description The result, for people: what failed, why, and what is on board now */
             readonly words: string;
             /** @enum {string} */
-            readonly work: "plan_upload" | "plan_download" | "plan_clear" | "plan_verify" | "parameters_read" | "parameters_write" | "command" | "log_list" | "log_download" | "follow" | "follow_me" | "agent_update" | "signing" | "controller";
+            readonly work: "plan_upload" | "plan_download" | "plan_clear" | "plan_verify" | "parameters_read" | "parameters_write" | "command" | "log_list" | "log_download" | "follow" | "follow_me" | "land_at" | "agent_update" | "signing" | "controller";
         };
         /** @description `radius_m` negative: counter-clockwise. */
         readonly Orbit: {
@@ -5899,7 +5912,7 @@ export interface operations {
         };
         readonly requestBody: {
             readonly content: {
-                readonly "application/json": components["schemas"]["Arm"] | components["schemas"]["Disarm"] | components["schemas"]["ChangeMode"] | components["schemas"]["TakeOff"] | components["schemas"]["GoTo"] | components["schemas"]["Simple"] | components["schemas"]["SetHome"] | components["schemas"]["ChangeSpeed"] | components["schemas"]["Turn"] | components["schemas"]["Start"] | components["schemas"]["Jump"] | components["schemas"]["Orbit"] | components["schemas"]["LookAt"] | components["schemas"]["SetServo"] | components["schemas"]["MoveGripper"] | components["schemas"]["PointGimbal"] | components["schemas"]["ZoomCamera"] | components["schemas"]["TakePhotos"] | components["schemas"]["RecordVideo"] | components["schemas"]["Calibrate"] | components["schemas"]["CalibrationPose"] | components["schemas"]["EndCalibration"] | components["schemas"]["SpinMotor"] | components["schemas"]["Reboot"] | components["schemas"]["Follow"] | components["schemas"]["FollowMe"];
+                readonly "application/json": components["schemas"]["Arm"] | components["schemas"]["Disarm"] | components["schemas"]["ChangeMode"] | components["schemas"]["TakeOff"] | components["schemas"]["GoTo"] | components["schemas"]["Simple"] | components["schemas"]["SetHome"] | components["schemas"]["ChangeSpeed"] | components["schemas"]["Turn"] | components["schemas"]["Start"] | components["schemas"]["Jump"] | components["schemas"]["Orbit"] | components["schemas"]["LookAt"] | components["schemas"]["SetServo"] | components["schemas"]["MoveGripper"] | components["schemas"]["PointGimbal"] | components["schemas"]["ZoomCamera"] | components["schemas"]["TakePhotos"] | components["schemas"]["RecordVideo"] | components["schemas"]["Calibrate"] | components["schemas"]["CalibrationPose"] | components["schemas"]["EndCalibration"] | components["schemas"]["SpinMotor"] | components["schemas"]["Reboot"] | components["schemas"]["LandAt"] | components["schemas"]["Follow"] | components["schemas"]["FollowMe"];
             };
         };
         readonly responses: {

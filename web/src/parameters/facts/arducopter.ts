@@ -72,7 +72,7 @@ FLIGHT_OPTIONS | Options in flight |  |  | 0 |  | Rarely needed changes of how i
   & 0 No thrust loss check, 1 No yaw imbalance warning, 2 Release the gripper on thrust loss
 WP_YAW_BEHAVIOR | Where the nose looks |  |  | 2 |  | On missions and returns.
   = 0 As it was, 1 To the next waypoint, 2 To the next waypoint; on returns as it was, 3 Along the track over ground
-ANGLE_MAX | Leans at most | cdeg | 1000..8000 | 3000 |  | In every mode but acro, hundredths of a degree.
+ANGLE_MAX | Maximum tilt | cdeg | 1000..8000 | 3000 |  | In every mode but acro, hundredths of a degree.
 PHLD_BRAKE_RATE | Position hold brakes with | deg/s | 4..12 | 8 |  | How fast it leans back when the sticks are let go.
 PHLD_BRAKE_ANGLE | Position hold leans back | cdeg | 2000..4500 | 3000 |  | At most, hundredths of a degree.
 
@@ -131,11 +131,11 @@ BATT_FS_CRT_ACT | When the battery is nearly empty |  |  | 0 |  | At BATT_CRT_VO
 FENCE_ENABLE | Fence |  |  | 0 |  | Whether it watches its fence.
   = 0 Off, 1 On
 FENCE_TYPE | What the fence is |  |  | 7 |  | Which of its borders count.
-  & 0 Greatest height, 1 Circle around home, 2 Drawn areas, 3 Least height
+  & 0 Maximum height, 1 Circle around home, 2 Drawn areas, 3 Minimum height
 FENCE_ACTION | At the fence |  |  | 1 |  | What it does when it crosses a border.
   = 0 Report only, 1 Return; else land, 2 Land, 3 Return the way it came; else return; else land, 4 Brake; else land, 5 Return the way it came; else land
-FENCE_ALT_MAX | Fence: greatest height | m | 10..1000 | 100 |  | Above home.
-FENCE_ALT_MIN | Fence: least height | m | -100..100 | -10 |  | Above home; needs its bit in FENCE_TYPE.
+FENCE_ALT_MAX | Fence: maximum height | m | 10..1000 | 100 |  | Above home.
+FENCE_ALT_MIN | Fence: minimum height | m | -100..100 | -10 |  | Above home; needs its bit in FENCE_TYPE.
 FENCE_RADIUS | Fence: radius | m | 30..10000 | 300 |  | Around home.
 FENCE_MARGIN | Fence: keeps away | m | 1..10 | 2 |  | By how much it keeps inside.
 FENCE_AUTOENABLE | Fence by itself |  |  | 0 |  | When the fence comes on without being told.
@@ -155,7 +155,7 @@ WPNAV_RFND_USE | Range finder over ground |  |  | 1 |  | Whether missions over t
 WPNAV_TER_MARGIN | Terrain margin | m | 0.1..100 | 10 |  | By how much terrain and range finder may differ before it stops.
 LOIT_SPEED | Speed of loiter | cm/s | 20..3500 | 1250 |  | With the stick at its end.
 LOIT_ACC_MAX | Acceleration of loiter | cm/s/s | 100..981 | 500 |  | At most.
-LOIT_ANG_MAX | Loiter leans at most | deg | 0..45 | 0 |  | 0 for two thirds of the pilot's greatest angle.
+LOIT_ANG_MAX | Maximum tilt in Loiter | deg | 0..45 | 0 |  | 0 for two thirds of the pilot's maximum angle.
 LOIT_BRK_ACCEL | Loiter brakes with | cm/s/s | 25..250 | 250 |  | When the sticks are let go.
 LOIT_BRK_DELAY | Loiter brakes after | s | 0..2 | 1 |  | When the sticks were let go.
 LOIT_BRK_JERK | Jerk of braking | cm/s/s/s | 500..5000 | 500 |  | How quickly braking may begin.
@@ -163,10 +163,10 @@ TERRAIN_ENABLE | Terrain heights |  |  | 1 |  | Whether terrain is asked for and
   = 0 No, 1 Yes
 MIS_RESTART | A mission begins |  |  | 0 |  | When auto mode comes again.
   = 0 Where it was left, 1 Anew
-PILOT_SPEED_UP | Pilot climbs at most | cm/s | 50..500 | 250 |  | With the throttle stick at its end.
-PILOT_SPEED_DN | Pilot sinks at most | cm/s | 0..500 | 0 |  | 0 for PILOT_SPEED_UP.
+PILOT_SPEED_UP | Maximum climb rate by the pilot | cm/s | 50..500 | 250 |  | With the throttle stick at its end.
+PILOT_SPEED_DN | Maximum descent rate by the pilot | cm/s | 0..500 | 0 |  | 0 for PILOT_SPEED_UP.
 PILOT_ACCEL_Z | Pilot's vertical acceleration | cm/s/s | 50..500 | 250 |  | When the throttle stick is moved.
-PILOT_Y_RATE | Pilot turns at most | deg/s | 1..360 | 202.5 |  | With the yaw stick at its end.
+PILOT_Y_RATE | Maximum yaw rate by the pilot | deg/s | 1..360 | 202.5 |  | With the yaw stick at its end.
 PILOT_Y_EXPO | Yaw stick is softer in the middle |  | -0.5..1 | 0 |  | 0 for a straight line.
 PILOT_THR_BHV | Throttle stick may |  |  | 0 |  | How the throttle stick behaves.
   & 0 Spring back to the middle, 1 End a landing when raised, 2 Disarm at its bottom when landed
@@ -193,7 +193,7 @@ BATT_CURR_PIN | Pin of the current |  |  |  | reboot | Where the board measures 
 
 // Motors
 MOT_SPIN_ARM | Motors turn when armed |  | 0..1 | 0.1 |  | Share of the full output while it stands.
-MOT_SPIN_MIN | Least output in flight |  | 0..1 | 0.15 |  | Share of the full output; more than MOT_SPIN_ARM.
+MOT_SPIN_MIN | Minimum output in flight |  | 0..1 | 0.15 |  | Share of the full output; more than MOT_SPIN_ARM.
 MOT_SPIN_MAX | Most output in flight |  | 0.9..1 | 0.95 |  | Share above which motors give no more thrust.
 MOT_THST_EXPO | Thrust curve |  | -1..1 | 0.65 |  | 0 for a straight line, 1 for a square.
 MOT_THST_HOVER | Throttle that hovers |  | 0.125..0.6875 | 0.35 |  | Learnt in flight, unless MOT_HOVER_LEARN says no.
@@ -201,14 +201,14 @@ MOT_HOVER_LEARN | Learns the hover throttle |  |  | 2 |  | Whether MOT_THST_HOVE
   = 0 No, 1 Yes, 2 Yes; and stores it
 MOT_PWM_TYPE | Signal to the ESCs |  |  | 0 | reboot | What the speed controllers understand.
   = 0 Pulses, 1 OneShot, 2 OneShot125, 3 Brushed, 4 DShot150, 5 DShot300, 6 DShot600, 7 DShot1200, 8 Pulses in the servo's range, 9 Pulses as angles
-MOT_PWM_MIN | Least pulse | us | 0..2000 | 1000 |  | Of the speed controllers.
+MOT_PWM_MIN | Minimum pulse | us | 0..2000 | 1000 |  | Of the speed controllers.
 MOT_PWM_MAX | Longest pulse | us | 0..2000 | 2000 |  | Of the speed controllers.
 MOT_SPOOL_TIME | Spools up in | s | 0..2 | 0.5 |  | From standing to flying.
 MOT_BAT_VOLT_MAX | Full voltage | V | 6..53 | 0 |  | From which thrust is corrected; 0 for not at all.
-MOT_BAT_VOLT_MIN | Least voltage | V | 6..42 | 0 |  | To which thrust is corrected; 0 for not at all.
+MOT_BAT_VOLT_MIN | Minimum voltage | V | 6..42 | 0 |  | To which thrust is corrected; 0 for not at all.
 MOT_YAW_HEADROOM | Kept for yaw | us | 0..500 | 200 |  | Of the pulse, whatever the throttle.
 MOT_SAFE_DISARM | Signal while disarmed |  |  | 0 |  | Whether the motors get none at all.
-  = 0 Least pulse, 1 None
+  = 0 Minimum pulse, 1 None
 
 // Control loops
 ATC_ANG_RLL_P | Roll angle: P | 1/s | 3..12 | 4.5 |  | How fast a wrong angle is turned into a rate.
@@ -227,7 +227,7 @@ ATC_ACCEL_R_MAX | Roll acceleration | cdeg/s/s | 0..180000 | 110000 |  | At most
 ATC_ACCEL_P_MAX | Pitch acceleration | cdeg/s/s | 0..180000 | 110000 |  | At most; 0 for no limit.
 ATC_ACCEL_Y_MAX | Yaw acceleration | cdeg/s/s | 0..72000 | 27000 |  | At most; 0 for no limit.
 ATC_INPUT_TC | Softness of the sticks | s | 0..1 | 0.15 |  | Time in which it follows; less is sharper.
-ATC_SLEW_YAW | Turns by itself at most | cdeg/s | 500..18000 | 6000 |  | In missions and guided mode.
+ATC_SLEW_YAW | Maximum yaw rate by itself | cdeg/s | 500..18000 | 6000 |  | In missions and guided mode.
 ATC_THR_MIX_MAN | Attitude over throttle by hand |  | 0.1..0.9 | 0.1 |  | How much attitude counts against throttle when the pilot has it.
 PSC_POSXY_P | Place: P | 1/s | 0.5..2 | 1 |  | How fast a wrong place is turned into a speed.
 PSC_VELXY_P | Speed over ground: P |  | 0.1..6 | 2 |  | Answer to a wrong speed.

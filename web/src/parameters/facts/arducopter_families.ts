@@ -15,15 +15,15 @@ WP_JERK | Jerk in missions | How fast acceleration over ground may change.
 WP_RADIUS_M | Waypoint counts as reached | Distance at which it does.
 WP_RFND_USE | Range finder in missions | Whether heights above the ground come from it.
 WP_TER_MARGIN | Height above ground: margin | How far off the height may be before the drone stops on its way.
-RTL_ALT_M | Height of the return | Least height above home on the way back.
+RTL_ALT_M | Height of the return | Minimum height above home on the way back.
 RTL_ALT_FINAL_M | Height at the end of the return | Where it stays above home; 0 to land.
 RTL_CLIMB_MIN_M | Climb before the return | It climbs at least this much first.
 RTL_SPEED_MS | Speed of the return | Over ground; 0 for that of missions.
 LOIT_SPEED_MS | Speed in Loiter | Fastest over ground.
-LOIT_ACC_MAX_M | Acceleration in Loiter | Greatest over ground.
-LOIT_BRK_ACC_M | Braking in Loiter | Greatest while it brakes.
+LOIT_ACC_MAX_M | Acceleration in Loiter | Maximum over ground.
+LOIT_BRK_ACC_M | Braking in Loiter | Maximum while it brakes.
 LOIT_BRK_JRK_M | Braking in Loiter: jerk | How fast braking may change.
-LOIT_OPTIONS | Ways of Loiter | What Loiter does otherwise than usual.
+LOIT_OPTIONS | Loiter options | Changes to the usual behaviour.
 LAND_SPD_MS | Speed of landing | Near the ground.
 LAND_SPD_HIGH_MS | Speed of landing, high | Above the last metres; 0 for that of missions.
 LAND_ALT_LOW_M | Last metres | Height from which it lands slowly.
@@ -32,20 +32,20 @@ PILOT_SPD_DN | Fastest descent by hand | At full stick; 0 for that of the climb.
 PILOT_ACC_Z | Acceleration by hand | Up and down.
 PILOT_TKO_ALT_M | Take-off by hand | Height that raising the stick takes off to; 0 for none.
 CIRCLE_RADIUS_M | Radius of circles | 0 turns on the spot.
-ATC_ACC_R_MAX | Acceleration of roll | Greatest; 0 for no limit.
-ATC_ACC_P_MAX | Acceleration of pitch | Greatest; 0 for no limit.
-ATC_ACC_Y_MAX | Acceleration of yaw | Greatest; 0 for no limit.
+ATC_ACC_R_MAX | Acceleration of roll | Maximum; 0 for no limit.
+ATC_ACC_P_MAX | Acceleration of pitch | Maximum; 0 for no limit.
+ATC_ACC_Y_MAX | Acceleration of yaw | Maximum; 0 for no limit.
 PSC_NE_JERK | Jerk over ground | How fast acceleration over ground may change.
 PSC_D_JERK | Jerk up and down | How fast acceleration up and down may change.
 PSC_ACC_XY_FILT | Acceleration: filter | Above this frequency acceleration over ground is damped.
-FENCE_ALT_MAX_TP | Highest: measured from | What the greatest height of the fence is measured from.
+FENCE_ALT_MAX_TP | Highest: measured from | What the maximum height of the fence is measured from.
 FENCE_ALT_MIN_TP | Lowest: measured from | What the least height of the fence is measured from.
 FENCE_MARGIN_XY | Margin over ground | Distance from the border at which the drone begins to slow down.
-AVOID_ANG_MAX | Lean away from obstacles | Greatest lean to avoid something in modes without a place.
+AVOID_ANG_MAX | Lean away from obstacles | Maximum lean to avoid something in modes without a place.
 ARMING_SKIPCHK | Checks left out | Which checks before arming are not made. 0 makes them all.
 ARMING_CRSDP_IGN | Arming with a crash dump | Whether the drone may arm though an earlier crash of the autopilot is stored.
 MOT_IDLE_SEC | Idle before take-off | Time at idle after arming.
-MOT_YAW_SV_ANGLE | Yaw servo: most | Greatest lean of a tricopter's servo.
+MOT_YAW_SV_ANGLE | Yaw servo: maximum | Maximum lean of a tricopter's servo.
 PARAM_LOCK_ENAB | Parameters are locked | Whether nobody may change parameters.
 AUTOTUNE_SEQ | Tuned one after the other | What autotune tunes.
 AHRS_ORIG_* | Origin: * | Place of the origin that is used without GPS.
@@ -53,8 +53,8 @@ AHRS_ORIGIN_* | Last origin: * | Where the origin was at the last flight.
 AHRS_CUSTOM_* | Board at an angle: * | How the board is turned to the drone, with AHRS_ORIENTATION for it.
 COMPASS_CUS_* | Compass at an angle: * | How the compass is turned to the drone, with its mounting for it.
 
-PLDP_RNG_MIN | Placing a load: least height | Least height by the range finder at which it may count as standing; 0 for no check.
-EK3_FLOW_MAX | Optical flow: most | Faster flow is not used.
+PLDP_RNG_MIN | Placing a load: minimum height | Minimum height by the range finder at which it may count as standing; 0 for no check.
+EK3_FLOW_MAX | Optical flow: maximum | Faster flow is not used.
 
 // Before 4.6
 GPS_TYPE | Kind of receiver | How the first satellite receiver is attached.

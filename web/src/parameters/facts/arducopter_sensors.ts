@@ -10,10 +10,10 @@ const axes = (line: string): string =>
 export const ARDUCOPTER_SENSORS = `
 // Estimator
 EK2_ENABLE | Older estimator | Whether the estimator before EKF3 runs beside it.
-EK3_VELNE_M_NSE | GPS speed over ground: noise | Least error that the speed is taken to have; more of it trusts it less.
-EK3_VELD_M_NSE | GPS climb rate: noise | Least error that the climb rate is taken to have; more of it trusts it less.
+EK3_VELNE_M_NSE | GPS speed over ground: noise | Minimum error that the speed is taken to have; more of it trusts it less.
+EK3_VELD_M_NSE | GPS climb rate: noise | Minimum error that the climb rate is taken to have; more of it trusts it less.
 EK3_VEL_I_GATE | GPS speed: gate | How far off a speed may be before it is refused, in hundredths of its spread.
-EK3_POSNE_M_NSE | GPS place: noise | Least error that the place is taken to have; more of it trusts it less.
+EK3_POSNE_M_NSE | GPS place: noise | Minimum error that the place is taken to have; more of it trusts it less.
 EK3_POS_I_GATE | GPS place: gate | How far off a place may be before it is refused, in hundredths of its spread.
 EK3_GLITCH_RAD | GPS jump | How unsure its own place may become before the estimator starts again from the GPS.
 EK3_ALT_M_NSE | Height: noise | Error that heights are taken to have; more of it trusts them less.
@@ -30,10 +30,10 @@ EK3_EAS_M_NSE | Airspeed: noise | Error that airspeed is taken to have; more of 
 EK3_EAS_I_GATE | Airspeed: gate | How far off airspeed may be before it is refused, in hundredths of its spread.
 EK3_RNG_M_NSE | Range finder: noise | Error that it is taken to have; more of it trusts it less.
 EK3_RNG_I_GATE | Range finder: gate | How far off it may be before it is refused, in hundredths of its spread.
-EK3_RNG_USE_HGT | Range finder for height below | Part of its greatest range below which height comes from it; -1 for never.
+EK3_RNG_USE_HGT | Range finder for height below | Part of its maximum range below which height comes from it; -1 for never.
 EK3_RNG_USE_SPD | Range finder for height: speed | Height comes from it below this speed over ground.
 EK3_TERR_GRAD | Slope of the ground | Steepest slope to be expected.
-EK3_MAX_FLOW | Optical flow: most | Faster flow is not used.
+EK3_MAX_FLOW | Optical flow: maximum | Faster flow is not used.
 EK3_FLOW_M_NSE | Optical flow: noise | Error that it is taken to have; more of it trusts it less.
 EK3_FLOW_I_GATE | Optical flow: gate | How far off it may be before it is refused, in hundredths of its spread.
 EK3_FLOW_DELAY | Optical flow: delay | How late it comes.
@@ -42,7 +42,7 @@ EK3_GYRO_P_NSE | Gyros: noise | Error that they are taken to have; more of it tr
 EK3_ACC_P_NSE | Accelerometers: noise | Error that they are taken to have; more of it trusts other sensors more.
 EK3_GBIAS_P_NSE | Gyro bias: drift | How fast its estimate may change.
 EK3_ABIAS_P_NSE | Accelerometer bias: drift | How fast its estimate may change.
-EK3_ACC_BIAS_LIM | Accelerometer bias: most | Its estimate stays within this.
+EK3_ACC_BIAS_LIM | Accelerometer bias: maximum | Its estimate stays within this.
 EK3_WIND_P_NSE | Wind: drift | How fast its estimate may change.
 EK3_WIND_PSCALE | Wind: drift with climb | How much faster it may change while climbing or sinking.
 EK3_GPS_CHECK | GPS checks | What must be well before GPS is used.
@@ -58,15 +58,15 @@ EK3_BCN_M_NSE | Beacons: noise | Error that their ranges are taken to have; more
 EK3_BCN_I_GTE | Beacons: gate | How far off a range may be before it is refused, in hundredths of its spread.
 EK3_BCN_DELAY | Beacons: delay | How late their ranges come.
 EK3_OGN_HGT_MASK | Correction of the origin's height | When the height of the origin is corrected by GPS.
-EK3_VIS_VERR_MIN | Visual odometry: least error | Error of its speed at its best quality.
-EK3_VIS_VERR_MAX | Visual odometry: greatest error | Error of its speed at its worst quality.
+EK3_VIS_VERR_MIN | Visual odometry: minimum error | Error of its speed at its best quality.
+EK3_VIS_VERR_MAX | Visual odometry: maximum error | Error of its speed at its worst quality.
 EK3_WENC_VERR | Wheel odometry: error | Error that its speed is taken to have.
 EK3_GSF_RUN_MASK | Heading by flight runs in | Which lanes estimate the heading from how the drone flies.
 EK3_GSF_USE_MASK | Heading by flight is used in | Which lanes may use that heading.
 EK3_GSF_RST_MAX | Heading by flight: how often | How often the heading may be set anew by it.
 EK3_ERR_THRESH | Change of lane | How much better another lane must be for a while.
 EK3_AFFINITY | Lanes and sensors | Which sensors each lane takes its own of.
-EK3_SRC_OPTIONS | Ways of the sources | How the sources of speed are used together.
+EK3_SRC_OPTIONS | Source options | How the sources of speed are used together.
 EK3_DRAG_BCOEF_X | Drag forward | Mass by drag along the nose; with the next two it lets the wind be estimated.
 EK3_DRAG_BCOEF_Y | Drag sideways | Mass by drag across the nose.
 EK3_DRAG_MCOEF | Drag of the propellers | How much they brake as the air comes.
@@ -75,16 +75,16 @@ EK3_OGNM_TEST_SF | At rest: scale | More of it lets the drone count as at rest w
 EK3_GND_EFF_DZ | Ground effect: dead zone | Pressure errors of this size near the ground are passed over.
 EK3_PRIMARY | First lane | Lane that is flown by from the start.
 EK3_LOG_LEVEL | How much it logs | Which of the estimator's records a log has.
-EK3_OPTIONS | Ways of the estimator | What it does otherwise than usual.
+EK3_OPTIONS | EKF3 options | Changes to the usual behaviour.
 AHRS_GPS_GAIN | Simple estimator: GPS | How much GPS corrects the attitude of the simple estimator.
 AHRS_GPS_USE | Simple estimator: place | Whether the simple estimator takes place and height from GPS.
 AHRS_YAW_P | Simple estimator: heading | How fast its heading follows compass or GPS.
 AHRS_RP_P | Simple estimator: level | How fast the accelerometers correct its attitude.
-AHRS_WIND_MAX | Most wind | Greatest difference between airspeed and speed over ground that is believed; 0 for any.
+AHRS_WIND_MAX | Most wind | Maximum difference between airspeed and speed over ground that is believed; 0 for any.
 AHRS_TRIM_Z | Level trim: yaw | Not used.
 AHRS_COMP_BETA | Simple estimator: speed | How airspeed and GPS speed are mixed.
 AHRS_GPS_MINSATS | Simple estimator: satellites | Fewer than this, and GPS does not correct the attitude.
-AHRS_OPTIONS | Ways of the estimators | What happens when the chosen estimator fails.
+AHRS_OPTIONS | AHRS options | What happens when the chosen estimator fails.
 
 // Inertial sensors
 ${axes('INS_ACCOFFS_@ | Accelerometer: offset @ | Found by calibration.')}
@@ -144,11 +144,11 @@ COMPASS_ORIENT# | Compass #: mounted | How it is turned to the nose, if it is ou
 COMPASS_SCALE | Compass: scale | By what its field is multiplied; 0 for no change.
 COMPASS_SCALE# | Compass #: scale | By what its field is multiplied; 0 for no change.
 COMPASS_CAL_FIT | Calibration: how strict | The lower, the better a calibration must fit.
-COMPASS_OFFS_MAX | Greatest offset | Calibrations with more are refused.
+COMPASS_OFFS_MAX | Maximum offset | Calibrations with more are refused.
 COMPASS_DISBLMSK | Compasses not looked for | Kinds of compass that are not started.
 COMPASS_FLTR_RNG | Outliers | Samples further from the average, in percent, are left out; 0 for none.
 COMPASS_AUTO_ROT | Mounting found by itself | Whether a calibration finds how the compass is turned.
-COMPASS_OPTIONS | Ways of the compass | What calibration does otherwise than usual.
+COMPASS_OPTIONS | Compass options | Changes to the usual behaviour.
 ARMING_MAGTHRESH | Compass before arming | How far its field may be from the earth's; 0 for no check.
 
 // Height and ground
@@ -159,8 +159,8 @@ BARO_EXT_BUS | Barometer outside | Bus of a barometer on I2C; -1 for none.
 BARO_FLTR_RNG | Outliers | Samples further from the average, in percent, are left out; 0 for none.
 BARO_PROBE_EXT | Barometers looked for | Kinds of barometer outside that are looked for.
 BARO_FIELD_ELV | Height of the field | Above the sea, as somebody knows it; 0 for the GPS's.
-BARO_ALTERR_MAX | Against GPS | Greatest difference between both heights before arming; 0 for no check.
-BARO_OPTIONS | Ways of the barometer | What it does otherwise than usual.
+BARO_ALTERR_MAX | Against GPS | Maximum difference between both heights before arming; 0 for no check.
+BARO_OPTIONS | Barometer options | Changes to the usual behaviour.
 BARO#_GND_PRESS | Barometer #: pressure | On the ground; measured at the start.
 BARO#_DEVID | Barometer #: identity | Which sensor it is.
 BARO#_WCF_ENABLE | Barometer #: wind | Whether wind is taken out of its pressure; its other parameters appear then.
@@ -172,7 +172,7 @@ PRX_LOG_RAW | Raw distances in the log | Whether they are logged before the filt
 PRX_FILT | Filter | Above this frequency distances around are damped.
 PRX_ALT_MIN | Looks around above | Height below which distances around do not count.
 TERRAIN_SPACING | Grid of the ground | Metres between two points of the map of heights.
-TERRAIN_OPTIONS | Ways of the terrain | Whether the autopilot asks for no heights of the ground.
+TERRAIN_OPTIONS | Terrain options | Whether the autopilot asks for no heights of the ground.
 TERRAIN_MARGIN | Grid: margin | How far a grid of another distance may be off and is still taken.
 TERRAIN_OFS_MAX | Height of home: correction | As far as the map is moved so that the drone stands on it.
 TERRAIN_CACHE_SZ | Blocks in memory | How much of the map is kept in memory.
@@ -195,7 +195,7 @@ GPS_RAW_DATA | Raw data in the log | When raw measurements are logged.
 GPS_SAVE_CFG | Settings kept in the receiver | Whether the receiver is told to keep its settings.
 GPS_AUTO_CONFIG | Sets up the receiver | Whether the autopilot does that.
 GPS_BLEND_MASK | Mixed by | Which accuracies decide how two receivers are mixed.
-GPS_DRV_OPTIONS | Ways of the drivers | What the drivers do otherwise than usual.
+GPS_DRV_OPTIONS | GPS driver options | Changes to the usual behaviour.
 GPS_PRIMARY | First receiver | Which one is used unless it is chosen by itself.
 GPS#_GNSS_MODE | Receiver #: systems | Satellite systems that it uses; 0 as it is.
 GPS#_RATE_MS | Receiver #: interval | Time between two places.

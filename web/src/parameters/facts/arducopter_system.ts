@@ -30,9 +30,9 @@ export const ARDUCOPTER_SYSTEM = `
 MAV_SYSID | MAVLink number of the drone | The system number that it speaks under. Behind the tower every drone may keep 1.
 MAV_GCS_SYSID | MAVLink number of its ground station | Only this one's sticks and heartbeats count. Agent and console speak as 255.
 MAV_GCS_SYSID_HI | Last number of its ground stations | Numbers from MAV_GCS_SYSID up to this count as its ground station; 0 for that one alone.
-MAV_OPTIONS | Ways of MAVLink | Whether other ground stations are left unread.
+MAV_OPTIONS | MAVLink options | Whether other ground stations are left unread.
 MAV_TELEM_DELAY | Links wait at the start | Time before the first message.
-MAV#_OPTIONS | Link #: ways | What link # does otherwise than usual.
+MAV#_OPTIONS | Link #: ways | Changes to the usual behaviour.
 ${streams('MAV#')}
 GCS_PID_MASK | Loops told | Of which loops the parts are told while flying.
 SERIAL_PASS# | Port handed through, end # | Two ports that are joined as if by a cable; -1 for none.
@@ -44,7 +44,7 @@ MSP_OSD_NCELLS | MSP: cells | Cells of the battery; 0 as found by itself.
 FRSKY_UPLINK_ID | FrSky: number for the way up | Sensor number that the radio speaks to.
 FRSKY_DNLINK_ID | FrSky: number for the way down | Sensor number that the autopilot speaks under.
 FRSKY_DNLINK#_ID | FrSky: further number # | Another sensor number for the way down.
-FRSKY_OPTIONS | FrSky: ways | What FrSky telemetry does otherwise than usual.
+FRSKY_OPTIONS | FrSky: ways | Changes to the usual behaviour.
 NET_ENABLE | Network | Whether the board has a network; its other parameters appear then.
 NET_P#_TYPE | Network port # | Protocol and side of port #; its other parameters appear then.
 DID_ENABLE | Remote identification | Whether the drone says who it is by radio; its other parameters appear then.
@@ -56,12 +56,12 @@ VTX_ENABLE | Video transmitter | Whether the autopilot sets it; its other parame
 FORMAT_VERSION | Version of the memory | The autopilot's own; another number clears all parameters.
 BRD_SERIAL_NUM | Number of the drone | Any number that its owner gives it.
 BRD_SAFETY_MASK | Outputs without safety switch | Outputs that move while the safety switch is on.
-BRD_SAFETYOPTION | Ways of the safety switch | When its button does what.
+BRD_SAFETYOPTION | Safety switch options | When its button does what.
 BRD_RTC_TYPES | Clock is set by | Where the time of day may come from.
 BRD_RTC_TZ_MIN | Time zone | Minutes from UTC.
-BRD_VBUS_MIN | Least voltage of the board | Below it no arming; 0 for no check.
-BRD_VSERVO_MIN | Least voltage of the servos | Below it no arming; 0 for no check.
-BRD_OPTIONS | Ways of the board | Watchdog, write protection and others.
+BRD_VBUS_MIN | Minimum voltage of the board | Below it no arming; 0 for no check.
+BRD_VSERVO_MIN | Minimum voltage of the servos | Below it no arming; 0 for no check.
+BRD_OPTIONS | Board options | Watchdog, write protection and others.
 BRD_BOOT_DELAY | Waits at the start | Time for sensors to come up.
 BRD_SD_MISSION | Missions on the card | Room for them on the memory card; 0 for none there.
 BRD_SD_FENCE | Fences on the card | Room for them on the memory card; 0 for none there.
@@ -75,14 +75,14 @@ STAT_RESET | Counted since | Seconds since 2016; 0 begins the counters anew.
 STAT_FLTCNT | Flights | How many there were.
 STAT_DISTFLWN | Distance flown | Of all flights.
 SCR_ENABLE | Scripts | Whether scripts run on board; their other parameters appear then.
-ARMING_OPTIONS | Ways of arming | What arming does otherwise than usual.
+ARMING_OPTIONS | Arming options | Changes to the usual behaviour.
 ARMING_NEED_LOC | Place needed | Whether no arming happens before the place is known.
 BTN_ENABLE | Buttons | Whether buttons on the board's inputs are told; their other parameters appear then.
 
 // Batteries
 BATT_FS_VOLTSRC | Failsafe by | Whether the voltage under load counts, or that of the battery at rest.
 BATT#_FS_VOLTSRC | Failsafe by | Whether the voltage under load counts, or that of the battery at rest.
-BATT_OPTIONS | Ways of the battery | What the monitor does otherwise than usual.
+BATT_OPTIONS | Battery options | Changes to the usual behaviour.
 BATT_SERIAL_NUM | Number of the battery | Which of several on a bus; -1 for any.
 BATT_VLT_OFFSET | Voltage offset | Volts that the measured voltage is off.
 GEN_TYPE | Generator | Kind of generator on board.

@@ -48,7 +48,7 @@ COM_HOME_EN | Sets home by itself |  |  | 1 | reboot | At arming, where it stand
 GF_ACTION | At the fence |  | 0..5 | 2 |  | What it does when it crosses a border.
   = 0 Nothing, 1 Warn, 2 Hold, 3 Return, 4 Terminate, 5 Land
 GF_MAX_HOR_DIST | Fence: radius | m | 0..10000 | 0 |  | Around home; 0 for none.
-GF_MAX_VER_DIST | Fence: greatest height | m | 0..10000 | 0 |  | Above home; 0 for none.
+GF_MAX_VER_DIST | Fence: maximum height | m | 0..10000 | 0 |  | Above home; 0 for none.
 BAT_LOW_THR | Low from |  | 0.12..0.5 | 0.15 |  | Share of a full battery.
 BAT_CRIT_THR | Nearly empty from |  | 0.05..0.5 | 0.07 |  | Share of a full battery.
 BAT_EMERGEN_THR | Empty from |  | 0.03..0.5 | 0.05 |  | Share of a full battery.
@@ -71,21 +71,21 @@ NAV_MC_ALT_RAD | Height is reached within | m | 0.05..200 | 0.8 |  | Up and down
 
 // Flying
 MPC_XY_CRUISE | Speed of missions | m/s | 3..20 | 5 |  | Over the ground, where the mission says no other.
-MPC_XY_VEL_MAX | Greatest speed | m/s | 0..20 | 12 |  | Over the ground, whoever flies.
-MPC_VEL_MANUAL | Pilot's greatest speed | m/s | 3..20 | 10 |  | In position mode with the stick at its end.
+MPC_XY_VEL_MAX | Maximum speed | m/s | 0..20 | 12 |  | Over the ground, whoever flies.
+MPC_VEL_MANUAL | Pilot's maximum speed | m/s | 3..20 | 10 |  | In position mode with the stick at its end.
 MPC_Z_V_AUTO_UP | Climbs by itself | m/s | 0.5..8 | 3 |  | In missions and returns.
 MPC_Z_V_AUTO_DN | Sinks by itself | m/s | 0.5..4 | 1.5 |  | In missions and returns.
-MPC_Z_VEL_MAX_UP | Climbs at most | m/s | 0.5..8 | 3 |  | Whoever flies.
-MPC_Z_VEL_MAX_DN | Sinks at most | m/s | 0.5..4 | 1.5 |  | Whoever flies.
+MPC_Z_VEL_MAX_UP | Maximum climb rate | m/s | 0.5..8 | 3 |  | Whoever flies.
+MPC_Z_VEL_MAX_DN | Maximum descent rate | m/s | 0.5..4 | 1.5 |  | Whoever flies.
 MPC_ACC_HOR | Acceleration by itself | m/s/s | 2..15 | 3 |  | Over the ground.
 MPC_ACC_HOR_MAX | Pilot's acceleration | m/s/s | 2..15 | 5 |  | Over the ground, at most.
 MPC_ACC_UP_MAX | Acceleration of climbs | m/s/s | 2..15 | 4 |  | At most.
 MPC_ACC_DOWN_MAX | Acceleration of sinking | m/s/s | 2..15 | 3 |  | At most.
 MPC_LAND_SPEED | Lands with | m/s | 0.6.. | 0.7 |  | In the last metres.
 MPC_TKO_SPEED | Takes off with | m/s | 1..5 | 1.5 |  | Upwards.
-MPC_MAN_TILT_MAX | Pilot leans at most | deg | 1..70 | 35 |  | In stabilised and altitude mode.
-MPC_TILTMAX_AIR | Leans at most | deg | 20..89 | 45 |  | Where it holds its place itself.
-MPC_MAN_Y_MAX | Pilot turns at most | deg/s | 0..400 | 150 |  | With the yaw stick at its end.
+MPC_MAN_TILT_MAX | Maximum tilt by the pilot | deg | 1..70 | 35 |  | In stabilised and altitude mode.
+MPC_TILTMAX_AIR | Maximum tilt | deg | 20..89 | 45 |  | Where it holds its place itself.
+MPC_MAN_Y_MAX | Maximum yaw rate by the pilot | deg/s | 0..400 | 150 |  | With the yaw stick at its end.
 MPC_HOLD_DZ | Dead zone of the sticks |  | 0..1 | 0.1 |  | Around the middle: there it holds its place.
 MPC_THR_HOVER | Throttle that hovers |  | 0.1..0.8 | 0.5 |  | Share of the full output.
 MPC_XY_P | Place: P |  | 0..2 | 0.95 |  | How fast a wrong place is turned into a speed.

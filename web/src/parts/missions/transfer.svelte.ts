@@ -81,7 +81,7 @@ export class Transfer {
 
   clear(kinds: readonly PlanKind[], whileFlying: boolean): Promise<void> {
     const { rest, droneId, name } = this.#ways;
-    return this.#each(kinds, t('taken off {name}', { name }), (kind) => rest.clear(droneId, kind, whileFlying));
+    return this.#each(kinds, t('cleared on {name}', { name }), (kind) => rest.clear(droneId, kind, whileFlying));
   }
 
   /** Replaces the plan on the screen by the drone's, as one undo step. */

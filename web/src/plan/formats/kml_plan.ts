@@ -139,7 +139,7 @@ export function readKml(root: Element, settings: ReadSettings): ReadFile {
           ]
         : []),
       ...(others.NetworkLink > 0 ? [t('What the file only links to is left out: save it from there.')] : []),
-      ...(others.overlays > 0 ? [t('Pictures laid over the map are left out.')] : []),
+      ...(others.overlays > 0 ? [t('Image overlays on the map are left out.')] : []),
     ],
     assumed: [
       ...(read.assumed ?? []),

@@ -25,7 +25,7 @@ const isPositive = (value: number): boolean => Number.isFinite(value) && value >
 export function footprint(camera: Camera, heightM: number): Footprint {
   const { sensorWidthMm, sensorHeightMm, focalMm, widthPx, heightPx } = camera;
   if (![sensorWidthMm, sensorHeightMm, focalMm, widthPx, heightPx].every(isPositive)) {
-    throw new SurveyFault(t("The camera's sensor, focal length and pictures must be larger than 0."));
+    throw new SurveyFault(t("The camera's sensor, focal length and image size must be larger than 0."));
   }
   if (!isPositive(heightM)) throw new SurveyFault(t('The height above the ground must be above 0.'));
   const width = (sensorWidthMm / focalMm) * heightM;

@@ -55,7 +55,8 @@ export function gridLines(drawn: readonly Spot[], settings: GridSettings): Line[
   const { spacingM, angleDeg, turnaroundM, entry } = settings;
   const area = heldToOutline(drawn);
   if (!(spacingM > 0)) throw new SurveyFault(t('The distance between lines must be above 0.'));
-  if (!(turnaroundM >= 0 && turnaroundM <= 1_000)) throw new SurveyFault(t('The way to turn in is from 0 to 1000 m.'));
+  if (!(turnaroundM >= 0 && turnaroundM <= 1_000))
+    throw new SurveyFault(t('The turnaround distance is from 0 to 1000 m.'));
   const drawing = new Drawing(area, angleDeg);
   const ring = area.map((corner) => drawing.point(corner));
   const sides = ring.map(([, across]) => across);
@@ -95,7 +96,7 @@ export const waypointAt = (spot: Spot, { frame, heightM }: Pick<Flown, 'frame' |
 /** The items that start and stop the pictures; none without pictures. */
 export function pictureItems(triggerM: number | null): { readonly begin: WireItem[]; readonly end: WireItem[] } {
   if (triggerM === null) return { begin: [], end: [] };
-  if (!(triggerM > 0)) throw new SurveyFault(t('The distance between pictures must be above 0.'));
+  if (!(triggerM > 0)) throw new SurveyFault(t('The distance between photos must be above 0.'));
   const every = (metres: number, atOnce: number): WireItem =>
     wireItem(CMD.TRIGGER_DISTANCE, FRAME.MISSION, [metres, 0, atOnce, 0], 0, 0, 0);
   return { begin: [every(triggerM, 1)], end: [every(0, 0)] };

@@ -1,10 +1,10 @@
-/** Taking up free controls from a card, a row or the flight bar. `mayTakeUp` says whether one may. */
+/** Takes free controls from a card, a row or the flight bar. `mayTakeFree` says whether one may. */
 
 import type { Drone } from './link/wire_types';
 import { wordsOf } from './loading.svelte';
 
 /** `tell`: gets why it was not possible, and '' when it is tried anew. */
-export async function takeUp(drone: Drone, tell: (problem: string) => void): Promise<void> {
+export async function takeControl(drone: Drone, tell: (problem: string) => void): Promise<void> {
   tell('');
   try {
     // Its questions come with the Control page, which loads when the console is idle.
