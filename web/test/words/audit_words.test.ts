@@ -59,7 +59,6 @@ it('makes words of an action that it does not know', () => {
 });
 
 it('has each kind once', () => {
-  const begins = ACTION_KINDS.map(([one]) => one);
-  expect(new Set(begins).size).toBe(begins.length);
-  expect(begins.every((one) => one.endsWith('.'))).toBe(true);
+  const kinds = ACTION_KINDS.map(([kind]) => kind);
+  expect(new Set(kinds).size).toBe(kinds.length);
 });
