@@ -213,7 +213,7 @@ def test_an_admin_changes_a_share(somebody_early: Somebody) -> None:
     admin.open("/#/admin/system")
     zones = admin.part("share-zones")
     expect(zones).to_contain_text("50 for each team")
-    expect(admin.part("share-requests")).to_contain_text("admin")
+    expect(admin.part("share-request-time")).to_contain_text("admin")
     admin.part("share-limit-zones").fill("20")
     admin.part("share-change-zones").click()
     expect(zones).to_contain_text("20 for each team")
