@@ -17,6 +17,7 @@ const FOR_PROGRAMS: ReadonlySet<string> = new Set([
   'way',
   'sender',
   'session_id',
+  'enrolment_id',
   'alert',
   'task',
   'first_point',

@@ -33,6 +33,11 @@ it('tells a take by names, with its reason, and without what is for programs', (
   });
 });
 
+it('leaves out the number of what is named', () => {
+  const detail = { drone: 'Osprey', enrolment_id: 3 };
+  expect(eventWords('enrolment.used', detail)).toEqual({ sentence: 'enrolled Osprey', more: '' });
+});
+
 it('says that something was refused, and why', () => {
   const detail = { reason: '', result: 'refused', code: 'holds-another', took_ms: 2 };
   expect(eventWords('control.acquire', detail)).toEqual({
